@@ -20,7 +20,7 @@ from slipstick.register_tile import ROW_BYTES, ROWS
 from slipstick.table import Grid
 from slipstick.table.axis import Axis
 from slipstick.uncertainty import Inputs, log10_mean_density
-from slipstick.uncertainty.likelihood import InferenceProblem, converged
+from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, converged
 
 SAMPLES = 10_000
 EXPANDED = Inputs(np.ones(2), np.array([0.05, 0.08]))
@@ -32,6 +32,9 @@ def works() -> Iterator[Work]:
     problem = table_problem(table, Recordings.open("tables/measured.h5"), "clip")
     interpolator = RegularGridInterpolator([axis.values for axis in table.axes], table.times)
     yield likelihood(table, interpolator, problem)
+    for noise in (0.003, 0.005, 0.010, 0.020):
+        for std in (0.03, 0.06, 0.12):
+            yield visited(table, interpolator, problem, Candidate(Inputs([1.0, 1.0], [std, std]), noise))
     yield expansion(table)
     yield interpolation(table, interpolator)
     yield shifting_times()
@@ -74,6 +77,26 @@ def likelihood(table: Grid, interpolator: RegularGridInterpolator, problem: Infe
                 {"10,000 samples by scipy's RegularGridInterpolator, numpy": code(monte_carlo),
                  "expansion of order 8 and 10,000 samples, numpy": code(expansion_and_samples)},
                 "decades", {FASTEST: 10.0}, limit=2.0)
+
+
+def visited(table: Grid, interpolator: RegularGridInterpolator, problem: InferenceProblem,
+            candidate: Candidate) -> Work:
+    """The log10 likelihood of a candidate as a fit visits them: the shipped recordings are far from some of them."""
+    inputs, noise = candidate.inputs, candidate.output_std
+    exact = reference(problem, candidate)
+    normals = np.random.default_rng(1).standard_normal((SAMPLES, 2))
+
+    def monte_carlo() -> np.ndarray:
+        samples = np.clip(inputs.mean + inputs.marginal_std * normals, table.lower, table.upper)
+        return log10_mean_density(interpolator(samples), problem.measured_time, noise)
+
+    def code(function) -> Code:
+        return Code(function, lambda: abs(float(function().sum()) - exact))
+
+    return Work(f"log10 likelihood, output std {1e3 * noise:g} ms, inputs {100 * inputs.marginal_std[0]:g} %",
+                code(lambda: converged(problem, candidate).density),
+                {"10,000 samples by scipy's RegularGridInterpolator, numpy": code(monte_carlo)}, "decades",
+                {FASTEST: 10.0})
 
 
 def expansion(table: Grid) -> Work:

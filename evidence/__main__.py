@@ -17,6 +17,7 @@ from evidence.runner import WORK, answer_cases, read_answers, read_entries, writ
 from evidence.suites import SUITES
 from evidence.tables import print_comparison, print_rates, write_answers, write_rates
 from slipstick.errors import SlipstickError
+from slipstick.interruption import STATUS
 from worker.executors import add_dask_argument
 
 CASES = {"nothing_missing": 40, "one_known_effect": 80, "one_unknown_effect": 40, "two_effects": 24,
@@ -93,4 +94,5 @@ if __name__ == "__main__":
     except SlipstickError as error:
         sys.exit(f"{error}")
     except KeyboardInterrupt:
-        sys.exit("\nInterrupted; the same command goes on with the cases that are left")
+        print("\nInterrupted; the same command goes on with the cases that are left", file=sys.stderr)
+        sys.exit(STATUS)

@@ -2,14 +2,21 @@
 
 import argparse
 import json
+import signal
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from multiprocessing.context import BaseContext
 from pathlib import Path
 from typing import Any
 
 Job = tuple[Hashable, ...]
 Result = dict[str, Any]
 PROCESSES = 2
+
+
+def open_processes(context: BaseContext | None = None) -> ProcessPoolExecutor:
+    """Processes that answer jobs, and end with Ctrl-C without a traceback."""
+    return ProcessPoolExecutor(PROCESSES, context, signal.signal, (signal.SIGINT, signal.SIG_DFL))
 
 
 def run_jobs(run_job: Callable[..., Result], jobs: Sequence[Job], path: Path,

@@ -3,7 +3,7 @@
 import json
 import subprocess
 from collections.abc import Iterable, Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -13,7 +13,7 @@ from evidence.answer import Answer
 from evidence.generator.case import simulate
 from evidence.generator.files import write_recordings
 from evidence.generator.truth import Truth, describe
-from evidence.kept import PROCESSES, Job, Result, read_results, run_jobs
+from evidence.kept import Job, Result, open_processes, read_results, run_jobs
 from evidence.methods import METHODS
 from evidence.rates import Entry
 from evidence.suites import draw_case
@@ -91,7 +91,7 @@ def answer_cases(method: str, cases: Iterable[tuple[str, int]], dask: str | None
     this repository. Raises `InvalidValue` where these are gone.
     """
     def open_executor() -> Executor:
-        return Cluster(dask, needs_one_thread=True) if dask else ProcessPoolExecutor(PROCESSES)
+        return Cluster(dask, needs_one_thread=True) if dask else open_processes()
 
     answer = partial(_answer_as_json, method, work, name_commit())  # of the modules that are imported now
     with explained():

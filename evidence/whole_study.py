@@ -10,7 +10,6 @@ kept in var/evidence/whole_study.jsonl.
 
 import argparse
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -19,7 +18,7 @@ from numba import set_num_threads
 
 from evidence.answer import Answer, NamedPair
 from evidence.judge import judge
-from evidence.kept import PROCESSES, Job, Result, read_count, run_jobs
+from evidence.kept import Job, Result, open_processes, read_count, run_jobs
 from evidence.rates import Rate, count_hits
 from evidence.runner import WORK, name_commit, write_case
 from evidence.tables import print_rates, write_rates
@@ -122,8 +121,7 @@ def main() -> None:
     arguments = parser.parse_args()
     wanted = [(SUITES[number % len(SUITES)], arguments.seed + number) for number in range(arguments.cases)]
     done = dict[Job, WholeStudy]()
-    for case, result in run_jobs(study_as_json, wanted, WORK / "whole_study.jsonl",
-                                 partial(ProcessPoolExecutor, PROCESSES)):
+    for case, result in run_jobs(study_as_json, wanted, WORK / "whole_study.jsonl", open_processes):
         done[case] = read_study(result)
         print(done[case], flush=True)
     rates = rate([done[case] for case in wanted])

@@ -78,9 +78,10 @@ time. A *table* contains simulated shifting times over multiples of some paramet
 physical effect that can be added to the model. *Scatter* is the variation of parameters from run to run.
 
 **Conventions.** Inputs are multiples of nominal values. Times are in seconds, and probability densities are per
-millisecond. A log10 likelihood is the sum of the base-10 logarithms of these densities; a difference of 1 is a decade.
-The parameter `outside` defines the shifting time at points outside a table. Errors are returned as problem details with
-a `remedy` (RFC 9457).
+millisecond; the output of another machine is in its own unit, and its densities are per thousandth of it. A log10
+likelihood is the sum of the base-10 logarithms of these densities; a difference of 1 is a decade. The parameter
+`outside` defines the shifting time at points outside a table. Errors are returned as problem details with a `remedy`
+(RFC 9457).
 
 **Tokens.** If the service has a token file, requests need a token, as `Authorization: Bearer TOKEN` or as the password
 of Basic authentication. Reading needs one of the role `read`; computations, uploads and jobs need `run`; the deletion

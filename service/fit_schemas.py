@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import BaseModel, Field
 
-from service.jobs import Ahead, Job
+from service.jobs import Ahead, BudgetLeft, Job, TimeBudget
 from service.paging import Page
 from service.schemas import (
     BenchName,
@@ -17,6 +17,7 @@ from service.schemas import (
     TableDigest,
     TableName,
 )
+from slipstick.time_budget import DEFAULT, Partial
 from slipstick.uncertainty.chaos import HIGHEST_ORDER, Family, Rule
 from slipstick.uncertainty.fit import FitSettings
 from slipstick.uncertainty.fit.settings import Integration, Method
@@ -75,7 +76,9 @@ class FitSettingsBody(StrictModel):
         default=None, description="Bounds of the standard deviations, in multiples of nominal: one pair for all "
                                   "inputs, or one pair per input.")
     output_std_bounds: Range | None = Field(
-        default=None, description="Bounds of the standard deviation of the output noise in s.")
+        default=None, description="Bounds of the standard deviation of the output noise in the unit of the output. By "
+                                  "default 0.0005 to 0.1 s for shifting times; for the output of another machine, from "
+                                  "a thousandth of half the range of the measurements to half of it.")
 
     def checked(self) -> FitSettings:
         """Return complete settings, with default values filled in; raises `InvalidValue`."""
@@ -99,6 +102,7 @@ class FitRequest(StrictModel):
     recordings: RecordingsName = "measured"
     outside: OutsidePolicy = "clip"
     settings: FitSettingsBody = Field(default_factory=lambda: FitSettingsBody(), description="Settings of the fit.")
+    time_budget: TimeBudget = DEFAULT
 
 
 class Fit(Job):
@@ -126,12 +130,14 @@ class FitProgress(BaseModel):
     seconds_left: float | None = Field(
         description="Time that the search takes at most from here, at its pace so far, in s; null before its first "
                     "generation and in the later stages, whose duration is not known.")
+    budget_left: BudgetLeft = None
     model_runs: int = Field(description="Model evaluations in the current step (a generation, an interval, ...).")
     mean: list[float] | None = Field(description="Means of the best candidate, in multiples of nominal.")
     std: list[float] | None = Field(description="Standard deviations of the best candidate, in multiples of nominal.")
     correlation: list[list[float]] | None = Field(
         description="Correlation matrix of the best candidate; null unless correlations are fitted.")
-    output_std: float | None = Field(description="Standard deviation of the output noise of the best candidate in s.")
+    output_std: float | None = Field(description="Standard deviation of the output noise of the best candidate, in the "
+                                                 "unit of the output.")
     log10_likelihood: float | None = Field(
         description="log10 likelihood of the best candidate as approximated in the search, densities per ms.")
     history: list[float | None] = Field(description="Best log10 likelihood after each generation.")
@@ -157,7 +163,7 @@ class FitCandidate(BaseModel):
     std: list[float] = Field(description="Standard deviation of each input, in multiples of nominal.")
     correlation: list[list[float]] | None = Field(
         description="Correlation matrix of the normal scores; null for independent inputs.")
-    output_std: float = Field(description="Standard deviation of the output noise in s.")
+    output_std: float = Field(description="Standard deviation of the output noise, in the unit of the output.")
     log10_likelihood: float | None = Field(
         description="Exact log10 likelihood, by integration of the model itself; null for minus infinity.")
     log10_likelihood_by_expansion: float | None = Field(
@@ -182,7 +188,7 @@ class Profile(BaseModel):
 
 
 class Interval(Profile):
-    """Profile-likelihood interval of one unknown, in multiples of nominal or in s."""
+    """Profile-likelihood interval of one unknown, in multiples of nominal or in the unit of the output."""
 
     unknown: str = Field(description="Name of the unknown.", examples=["mean of pressure_bias"])
 
@@ -226,7 +232,7 @@ class FitSummary(BaseModel):
     std: list[float] = Field(description="Fitted standard deviation of each input, in multiples of nominal.")
     correlation: list[list[float]] | None = Field(
         description="Fitted correlation matrix of the normal scores; null unless correlations are fitted.")
-    output_std: float = Field(description="Fitted standard deviation of the output noise in s.")
+    output_std: float = Field(description="Fitted standard deviation of the output noise, in the unit of the output.")
     log10_likelihood: float | None = Field(
         description="Exact log10 likelihood (densities per ms), by integration of the model itself; null for minus "
                     "infinity.")
@@ -238,8 +244,8 @@ class FitSummary(BaseModel):
         description="Estimated error of the exact log10 likelihood due to the choice of integration lines, in decades; "
                     "0 for one or two axes of a grid.")
     polynomial_error: float | None = Field(
-        description="Error in s of the local polynomials that the refinement and the intervals use in place of the "
-                    "model; null for normal inputs of a grid, for which they use the grid itself.")
+        description="Error of the local polynomials that the refinement and the intervals use in place of the model, "
+                    "in the unit of the output; null for normal inputs of a grid, for which they use the grid itself.")
     before: FitCandidate = Field(
         description="The nominal model with the output noise that explains its residuals best, for comparison.")
     searched: FitCandidate = Field(description="The best candidate of the search, before the refinement.")
@@ -255,6 +261,10 @@ class FitSummary(BaseModel):
                     "errors of local polynomials.")
     generations: int = Field(description="Completed generations, or blocks of the classic grid.")
     history: list[float | None] = Field(description="Best log10 likelihood of the search after each generation.")
+    partial: Partial | None = Field(
+        default=None, description="What is complete and what is missing, if the time budget ended before the fit; null "
+                                  "if it is complete. Without the refinement, the estimate is the best candidate of "
+                                  "the search.")
 
 
 class PhysicalInput(BaseModel):

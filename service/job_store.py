@@ -2,7 +2,8 @@
 
 The worker runs the jobs (worker/jobs.py). Service and worker share no code. They agree on the names below, on the
 workflow names `fit` and `study`, and on the input of each workflow: a JSON object with `recordings`,
-`recordings_digest` and `settings`, to which a fit adds `table`, `table_digest`, `simulate`, `parameters` and `outside`.
+`recordings_digest`, `settings` and `time_budget`, to which a fit adds `table`, `table_digest`, `simulate`, `parameters`
+and `outside`.
 """
 
 from dataclasses import dataclass

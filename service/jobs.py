@@ -1,6 +1,7 @@
 """What the routes of fits and studies share: ids and idempotency keys, submission, status, and results."""
 
 import datetime
+import threading
 import uuid
 from collections.abc import Callable
 from typing import Annotated, Any, TypeVar
@@ -15,8 +16,19 @@ from service.job_filter import ENDED, STATUS, JobFilter, Status
 from service.job_store import JobInput, JobStore, Queue
 from service.problem_details import Conflict
 from slipstick.storage.library import Library
+from slipstick.time_budget import TimeBudgetEnded
 
+_SUBMITTING = threading.Lock()
+"""Held by the request that submits a job: of two with the same key, only one must replace a job."""
 _ID = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
+
+
+TimeBudget = Annotated[float | None, Field(
+    gt=0, description="Time in s that the job may compute; null for no limit. When it ends, what there is by then is "
+                      "the result, marked as `partial`. A complete result does not depend on it.")]
+BudgetLeft = Annotated[float | None, Field(
+    description="What is left of the time budget in s, as of this progress; null without a budget, and "
+                "while the result is assembled.")]
 
 
 class Job(BaseModel):
@@ -29,7 +41,9 @@ class Job(BaseModel):
     problem: str | None = Field(description="Cause of a failure, and its remedy; null unless the job failed.")
     recordings: str = Field(description="Name of the recordings.")
     recordings_digest: str = Field(description="SHA-256 digest of the recordings.")
-    settings: dict[str, Any] = Field(description="All settings of the job, including default values.")
+    settings: dict[str, Any] = Field(  # clients name its class by the title, and StudySettings exists
+        title="All settings", description="All settings of the job, including default values.")
+    time_budget: TimeBudget = None
     submitted: datetime.datetime | None = Field(description="Time of submission (UTC).")
     started: datetime.datetime | None = Field(
         description="Time at which a worker took the job from the queue (UTC), the last time if it was resumed; null "
@@ -66,8 +80,9 @@ def idempotency_key_header(kind: str) -> Any:
     """Header parameter by which a client chooses the id of a new job of the given kind."""
     return Header(alias="Idempotency-Key", pattern=_ID, openapi_examples=_example(kind),
                   description=f"Becomes the id of the {kind}. If a request with the same key is repeated, no second "
-                              f"{kind} is created and the existing one is returned. A different request with the same "
-                              f"key is rejected with 409. Without a key, every request creates a new {kind}.")
+                              f"{kind} is created and the existing one is returned, whatever its time budget. If that "
+                              f"has ended it, the {kind} is computed anew in its place. A different request with the "
+                              f"same key is rejected with 409. Without a key, every request creates a new {kind}.")
 
 
 def _example(kind: str) -> Any:
@@ -75,12 +90,30 @@ def _example(kind: str) -> Any:
 
 
 def submit(store: JobStore, key: str | None, job_input: JobInput, queue: Queue) -> WorkflowStatus:
-    """Enqueue a job, or return the existing job with this key and this input; raises `Conflict`."""
-    job = store.submit(key or str(uuid.uuid4()), job_input, queue)
-    if input_of(job) != job_input:
+    """Enqueue a job, or return the existing job with this key and this input; raises `Conflict`.
+
+    The time budget does not count, because complete results do not depend on it. A job that it has ended is replaced:
+    its result depends on the clock, and is not used again.
+    """
+    id = key or str(uuid.uuid4())
+    with _SUBMITTING:
+        job = store.submit(id, job_input, queue)
+        is_same = _without_budget(input_of(job)) == _without_budget(job_input)
+        if is_same and _has_run_out_of_time(job):
+            store.delete(id)
+            job = store.submit(id, job_input, queue)
+    if not is_same:
         raise Conflict(f"The Idempotency-Key '{key}' is in use for a {store.workflow} with a different request or "
                        "different data", "Repeat the original request, or use a different Idempotency-Key")
     return job
+
+
+def _has_run_out_of_time(job: WorkflowStatus) -> bool:
+    return is_partial(job) or getattr(job.error, "name", None) == TimeBudgetEnded.__name__
+
+
+def _without_budget(job_input: JobInput) -> JobInput:
+    return {name: value for name, value in job_input.items() if name != "time_budget"}
 
 
 _J = TypeVar("_J", bound=Job)
@@ -134,6 +167,18 @@ def output_of(job: WorkflowStatus) -> dict[str, Any]:
     assert job.output is not None
     output: dict[str, Any] = job.output
     return output
+
+
+def is_partial(job: WorkflowStatus) -> bool:
+    """Return whether the time budget of a job ended before its result was complete."""
+    return job.status == "SUCCESS" and bool(output_of(job)["result"].get("partial"))
+
+
+def require_complete(store: JobStore, job: WorkflowStatus) -> None:
+    """Raise `Conflict` if the result of a finished job is partial."""
+    if is_partial(job):
+        raise Conflict(f"The result of the {store.workflow} '{job.workflow_id}' is partial: its time budget ended",
+                       "Submit it again with a larger `time_budget`")
 
 
 def bench_input(library: Library, name: str | None) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 import datetime
 import logging
+import sys
 from typing import Any, Literal
 
 import orjson
@@ -11,6 +12,11 @@ from service import request_ids
 LogFormat = Literal["json", "text"]
 ACCESS = logging.getLogger("slipstick.access")
 """Has one entry for each request."""
+
+
+def log_format() -> LogFormat:
+    """Return the form for those who read standard error: text for people at a terminal, JSON for programs."""
+    return "text" if sys.stderr.isatty() else "json"
 
 
 def log_config(form: LogFormat) -> dict[str, Any]:

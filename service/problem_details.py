@@ -14,12 +14,17 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 from service import request_ids
+from service.front.page import error_page
+from service.pictures import preferred
+from service.request_keys import explain_unknown_key
 from slipstick import errors
 
 MEDIA_TYPE = "application/problem+json"
 CURL_JSON = "With curl 7.82 or newer, use `--json`; with an older version, add --header 'Content-Type: " \
             "application/json' to `--data`"
 """Remedy for a JSON body with another media type."""
+_FORMS = {"text/html": "html", "application/json": "json", MEDIA_TYPE: "json", "*/*": "json"}
+"""Form of a problem by the media type of the Accept header."""
 _MOST_ERRORS = 20
 """Maximum number of validation errors in a response: a large array of wrong type produces one error per element."""
 
@@ -150,13 +155,24 @@ class ProblemDetails(BaseModel):
     errors_left_out: int = Field(default=0, description="Number of further validation errors that are not listed.")
 
 
-def problem_response(problem: ProblemDetails, headers: dict[str, str] | None = None) -> Response:
-    """Return the problem as a response."""
-    # Escaped ASCII, because a lone surrogate that is quoted from the request cannot be encoded in UTF-8.
+def problem_response(problem: ProblemDetails, headers: dict[str, str] | None = None, form: str = "json") -> Response:
+    """Return the problem as a response: problem details, or a page for the `form` "html"."""
     problem = problem.model_copy(update={"request_id": request_ids.current.get()})
-    content = problem.model_dump_json(ensure_ascii=True, exclude_defaults=True)
+    if form == "html":
+        cause = ": ".join([problem.detail, *(f"{field.where}: {field.what}" for field in problem.errors[:1])])
+        page = error_page(problem.title, cause, problem.remedy, problem.request_id)
+        content, media_type = page.encode(errors="backslashreplace"), "text/html"
+    else:
+        # Escaped ASCII, because a lone surrogate that is quoted from the request cannot be encoded in UTF-8.
+        content, media_type = problem.model_dump_json(ensure_ascii=True, exclude_defaults=True).encode(), MEDIA_TYPE
     retry = {"Retry-After": str(RETRY_SECONDS)} if problem.status == 503 else {}
-    return Response(content, problem.status, {**retry, **(headers or {})}, media_type=MEDIA_TYPE)
+    return Response(content, problem.status, {**retry, **(headers or {})}, media_type=media_type)
+
+
+def _answer(request: Request, problem: ProblemDetails, headers: dict[str, str] | None = None) -> Response:
+    """Return the problem in the form that the Accept header prefers: a page for a browser that opens one."""
+    form = preferred(request.headers.get("accept", ""), _FORMS) if request.method in ("GET", "HEAD") else "json"
+    return problem_response(problem, {"Vary": "Accept", **(headers or {})}, form)
 
 
 def problem_from(error: errors.SlipstickError) -> ProblemDetails:
@@ -207,7 +223,7 @@ def internal_error() -> ProblemDetails:
 
 def _on_slipstick_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, errors.SlipstickError)
-    return problem_response(problem_from(error))
+    return _answer(request, problem_from(error))
 
 
 def _on_validation_error(request: Request, error: Exception) -> Response:
@@ -215,14 +231,15 @@ def _on_validation_error(request: Request, error: Exception) -> Response:
     entries = error.errors()
     if entries and entries[0]["type"] == "json_invalid":
         return problem_response(problem_from(MalformedBody.from_parser_message(entries[0]["ctx"]["error"])))
-    field_errors = list(_field_errors(entries[:_MOST_ERRORS]))
-    return problem_response(invalid_request(field_errors, max(0, len(entries) - _MOST_ERRORS)))
+    field_errors = list(_field_errors(request, entries[:_MOST_ERRORS]))
+    return _answer(request, invalid_request(field_errors, max(0, len(entries) - _MOST_ERRORS)))
 
 
-def _field_errors(entries: Iterable[dict[str, Any]]) -> Iterable[RequestFieldError]:
+def _field_errors(request: Request, entries: Iterable[dict[str, Any]]) -> Iterable[RequestFieldError]:
     for entry in entries:
         # The invalid value itself is left out: it may be huge, or not representable in JSON.
-        yield RequestFieldError(where=".".join(str(part) for part in entry["loc"])[:200], what=str(entry["msg"])[:500])
+        what = explain_unknown_key(request, entry) or str(entry["msg"])
+        yield RequestFieldError(where=".".join(str(part) for part in entry["loc"])[:200], what=what[:500])
 
 
 def _on_http_exception(request: Request, error: Exception) -> Response:
@@ -238,7 +255,7 @@ def _on_http_exception(request: Request, error: Exception) -> Response:
         if request.method == "OPTIONS":
             return Response(status_code=204, headers=headers)
         remedy = f"Use one of the supported methods: {headers['Allow']}"
-    return problem_response(ProblemDetails(
+    return _answer(request, ProblemDetails(
         type=_urn(phrase.title().replace(" ", "")), title=phrase.capitalize(), status=error.status_code,
         detail=detail, remedy=remedy), headers)
 

@@ -41,9 +41,10 @@ TableBench = Annotated[str | None, Field(
     description="Name of the bench of the table, see /v1/benches. A table of another bench is rejected with 422; by "
                 "default the bench is not checked.", examples=["heavy"])]
 OutsidePolicy = Annotated[Outside, Field(
-    description="Policy for points outside the table: `clip` uses the value at the nearest point of the table's edge, "
-                "`error` rejects the request, `nan` treats the shifting time as missing. It applies to evaluation "
-                "points, quadrature nodes and samples alike.")]
+    description="Policy for points outside the table: `error` rejects the request, `clip` uses the value at the "
+                "nearest point of the table's edge, `nan` treats the shifting time as missing. It applies to "
+                "evaluation points, quadrature nodes and samples alike; a point that is outside by rounding only is "
+                "inside.")]
 ConditionList = Annotated[list[int] | None, Field(
     min_length=1, max_length=100_000,
     description="Indices (from 0) of the conditions of the table to use; null for all conditions.",

@@ -2,15 +2,17 @@
 
 import functools
 import os
+import signal
 import threading
 from types import FrameType
 
 import uvicorn
 
 from service.app import create_app
-from service.logs import log_config
+from service.logs import log_config, log_format
 from service.protocol import Connection
 from service.settings import Settings
+from slipstick import interruption
 
 _GRACE_SECONDS, _LAST_SECONDS = 3, 4.0
 
@@ -20,7 +22,9 @@ class Server(uvicorn.Server):
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """Finish requests for 3 s; then abandon the rest. Files and jobs are written atomically."""
-        timer = threading.Timer(_LAST_SECONDS, os._exit, (0,))  # a computing thread would delay the end of the process
+        status = interruption.STATUS if sig == signal.SIGINT else 0
+        # A thread that computes would delay the end of the process.
+        timer = threading.Timer(_LAST_SECONDS, os._exit, (status,))
         timer.daemon = True
         timer.start()
         super().handle_exit(sig, frame)
@@ -33,7 +37,8 @@ def make_server(settings: Settings, log_level: str = "info") -> Server:
     app = create_app(settings)
     server = Server(uvicorn.Config(app, host=settings.host, port=settings.port, ws="none",
                                    http=connection,  # type: ignore[arg-type]
-                                   log_config=log_config(settings.log), log_level=log_level, access_log=False,
+                                   log_config=log_config(settings.log or log_format()), log_level=log_level,
+                                   access_log=False,
                                    timeout_graceful_shutdown=_GRACE_SECONDS))
     app.state.following.ending = lambda: server.should_exit
     return server

@@ -23,8 +23,9 @@ class Settings(BaseSettings):
                        description="Host names under which the service answers, separated by commas; `*` for all.")
     tokens: Path | Literal["off"] | None = Field(
         default=None, description="File of the tokens; required beyond the loopback address, unless it is `off`.")
-    log: Literal["json", "text"] = Field(default="json", description="Form of the log on standard error: a JSON object "
-                                                                     "for each line, or text.")
+    log: Literal["json", "text"] | None = Field(
+        default=None, description="Form of the log on standard error: `json`, an object for each line, or `text`; by "
+                                  "default text on a terminal, and JSON elsewhere.")
     body_bytes: int = Field(default=64 << 20, gt=0, description="Maximum size of a request body in bytes.")
     json_bytes: int = Field(default=2 << 20, gt=0, description="Maximum size of a JSON body in bytes; larger "
                                                                "arrays fit as .npy.")

@@ -5,12 +5,13 @@ from typing import Annotated, Any
 import orjson
 from pydantic import BaseModel, Field, TypeAdapter, ValidatorFunctionWrapHandler, WrapValidator
 
-from service.jobs import Ahead, Job
+from service.jobs import Ahead, Job, TimeBudget
 from service.paging import Page
 from service.schemas import BenchName, RecordingsDigest, RecordingsName, StrictModel
 from slipstick.study import StudyResult, StudySettings
 from slipstick.study.progress import StudyProgress
 from slipstick.study.result import Law
+from slipstick.time_budget import DEFAULT
 
 _SETTINGS = TypeAdapter(StudySettings)
 
@@ -28,6 +29,7 @@ class StudyRequest(StrictModel):
     settings: Annotated[StudySettings, WrapValidator(_strict_settings)] = Field(
         default_factory=StudySettings,
         description="Settings of the study. Omitted settings have default values, which the response reports.")
+    time_budget: TimeBudget = DEFAULT
 
 
 class Study(Job):

@@ -7,6 +7,11 @@ _LONGEST_NAME, _MOST_LISTED = 100, 50
 """Maximum length of a name that a message quotes, and maximum number of names that it lists."""
 
 
+def quoted(name: str) -> str:
+    """A name or text of a file in quotes, shortened where it would make a message unreadable."""
+    return f"'{name}'" if len(name) <= _LONGEST_NAME else f"'{name[:_LONGEST_NAME]}...'"
+
+
 class SlipstickError(Exception):
     """Base class of all errors raised on purpose; `str()` gives the cause and the remedy in one line."""
 
@@ -29,13 +34,13 @@ class UnknownName(SlipstickError):
     @classmethod
     def of(cls, kind: str, name: str, known: Iterable[str]) -> "UnknownName":
         """Build the error; the remedy suggests the closest of the `known` names and lists them."""
-        names, name = sorted(known), name if len(name) <= _LONGEST_NAME else f"{name[:_LONGEST_NAME]}..."
-        closest = get_close_matches(name, names, n=1)
-        hint = f"Did you mean '{closest[0]}'? " if closest else ""
+        names = sorted(known)
+        closest = get_close_matches(name[:_LONGEST_NAME], names, n=1)
+        hint = f"Did you mean {quoted(closest[0])}? " if closest else ""
         listed = ", ".join(names[:_MOST_LISTED]) if names else "none"
         if len(names) > _MOST_LISTED:
             listed += f" and {len(names) - _MOST_LISTED} more"
-        return cls(f"There is no {kind} '{name}'", f"{hint}Known: {listed}")
+        return cls(f"There is no {kind} {quoted(name)}", f"{hint}Known: {listed}")
 
 
 class BadRecording(SlipstickError):

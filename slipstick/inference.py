@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -10,10 +10,14 @@ from slipstick.bench import Bench, parameters
 from slipstick.clutch.ensemble import Simulator
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue, UnknownName
-from slipstick.machine import Machine, Measurements
+from slipstick.machine import Machine, Measurements, Quantity
+from slipstick.plausibility.mismatch import is_near, nearest_ratios, times
 from slipstick.recordings import Recordings
 from slipstick.table import Outside, Table
 from slipstick.uncertainty.likelihood import InferenceProblem, ShiftingTimeModel
+
+_LEVELS = (0.5, 0.9)
+"""Quantiles of the outputs over the conditions that are their level."""
 
 
 def table_model(table: Table, outside: Outside) -> ShiftingTimeModel:
@@ -41,7 +45,8 @@ def table_problem(table: Table, recordings: Measured, outside: Outside,
     model = _Fixed(table_model(table, outside), np.ones(len(axes)), columns)
     knots = None if table.knots is None else tuple(table.knots[column] for column in columns)
     return InferenceProblem(model, recordings.conditions, recordings.measured_time, table.lower[columns],
-                            table.upper[columns], tuple(axes[column] for column in columns), knots)
+                            table.upper[columns], tuple(axes[column] for column in columns), knots,
+                            **_scale(recordings))
 
 
 def simulated_problem(model: Model, recordings: Recordings, chosen: Sequence[str], bench: Bench,
@@ -77,7 +82,32 @@ def machine_problem(machine: Machine, model: ShiftingTimeModel, measured: Measur
     inputs = [machine.inputs[column] for column in _columns(known, chosen, "input")]
     lower, upper = np.array([[entry.lower, entry.upper] for entry in inputs]).T
     return InferenceProblem(_Clipped(model, lower, upper), measured.conditions, measured.measured_time, lower, upper,
-                            tuple(entry.name for entry in inputs))
+                            tuple(entry.name for entry in inputs), **_scale(measured))
+
+
+def require_reach(problem: InferenceProblem, output: Quantity) -> None:
+    """Raise `InvalidValue` where no inputs bring the `output` of the model to the level of the measurements.
+
+    They are then of another machine or in another unit. Levels are two quantiles over the conditions, so that neither a
+    few flawed measurements nor many about zero count. The model is evaluated once, and at the bounds of each input if
+    it is far from the measurements.
+    """
+    def levels(outputs: np.ndarray) -> np.ndarray:
+        known = np.nan_to_num(np.abs(outputs), nan=np.inf)
+        return np.asarray(np.quantile(known, _LEVELS, method="higher"))
+
+    def ratios(point: np.ndarray) -> np.ndarray:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(measured / levels(problem.model(point[None], problem.conditions)[0]))
+
+    measured, centre = levels(problem.measured_time), np.clip(1.0, problem.lower, problem.upper)
+    reached = nearest_ratios(ratios, ratios(centre), centre, problem.lower, problem.upper)
+    if not any(is_near(ratio) for ratio in reached):
+        words = output.name.replace("_", " ")
+        raise InvalidValue(
+            f"The measured {words} is {measured[0]:.4g} {output.unit} in the median of {len(problem.measured_time)} "
+            f"conditions, and still {times(reached[0])} that of the model at the bounds of {', '.join(problem.axes)}",
+            f"Check the unit of the measured {words}, and whether the measurements are of this machine")
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +135,27 @@ class _Clipped:
 
     def __call__(self, points: np.ndarray, conditions: Any, /) -> np.ndarray:
         return self.model(np.clip(points, self.lower, self.upper), conditions)
+
+
+class _Scale(TypedDict, total=False):
+    """The fields of a problem that follow from the unit and the size of its outputs."""
+
+    unit: str
+    output_std_bounds: tuple[float, float]
+
+
+def _scale(measured: Measured) -> _Scale:
+    """Unit and bounds of the output std; for a clutch the defaults of a problem.
+
+    Numbers within a range have a std of at most half of it, so the noise of the measurements is no larger; three
+    decades below, it is negligible.
+    """
+    if isinstance(measured, Recordings):
+        return {}
+    outputs = measured.measured_time
+    has_range = not np.allclose(outputs, outputs[0], rtol=1e-9, atol=0.0)  # equal ones may differ by rounding
+    largest = float(np.ptp(outputs) if has_range else np.abs(outputs[0]) or 1.0) / 2
+    return {"unit": measured.output.unit, "output_std_bounds": (1e-3 * largest, largest)}
 
 
 def _columns(known: Sequence[str], chosen: Sequence[str], kind: str) -> list[int]:

@@ -47,8 +47,9 @@ def convert(values: np.ndarray, written: str, unit: str) -> np.ndarray:
         return values
     if written == unit:  # also spares the import of pint
         return values
+    spelled = "rpm or rad/s" if unit == "rad/s" else unit
     other = "Give plain numbers, without a unit" if unit == "1" else \
-        f"State the unit of the numbers as one of the dimension of {unit}; where they have another, convert them first"
+        f"State the unit that the numbers have, spelled such as {spelled}, or convert the numbers to {unit}"
     if _ARITHMETIC.search(_POWER.sub("~", written)):
         raise NotAQuantity(f"the unit '{written[:40]}' is not a product of units and their powers, such as N m^2 s",
                            other)

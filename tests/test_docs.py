@@ -75,8 +75,8 @@ def test_numbers_in_the_documentation_match_the_code() -> None:
                     f"hidden layers of {WIDTHS[0]} units"):
         assert passage in text
     text = " ".join((DOCS / "uncertainty.md").read_text().split())
-    for said in (f"order {ORDER} and {ORDER + 1} nodes", f"{ACROSS} seeded quasi-random samples",
-                 f"by less than {TOLERANCE} decades", f"{drop_at_level(0.9):.2f} decades for 90 %",
+    for said in (f"order {ORDER} and {ORDER + 1} nodes", f"seeded quasi-random samples, by default {ACROSS}",
+                 f"until the error is below {TOLERANCE} decades", f"{drop_at_level(0.9):.2f} decades for 90 %",
                  f"{ExpansionSettings().checks} further runs"):
         assert said in text
 

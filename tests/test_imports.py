@@ -19,6 +19,7 @@ ROOT = Path(__file__).parents[1]
 MAY_IMPORT = {
     "slipstick": "",
     "slipstick.errors": "",
+    "slipstick.time_budget": "slipstick.errors",
     "slipstick.matrix_product": "numpy numba slipstick.register_tile",
     "slipstick.register_tile": "numba llvmlite",
     "slipstick.wide_vectors": "numba",
@@ -30,11 +31,12 @@ MAY_IMPORT = {
     "slipstick.clutch.effects": "numpy scipy slipstick.errors slipstick.bench.scales slipstick.clutch.fastmath "
                                 "slipstick.clutch.lag",
     "slipstick.storage.files": "",
+    "slipstick.storage.cells": "",
     "slipstick.storage.database": "sqlalchemy slipstick.errors",
-    "slipstick.storage.children": "slipstick.errors",
+    "slipstick.storage.children": "slipstick.errors slipstick.interruption",
     "slipstick.storage.isolated": "slipstick.errors slipstick.storage.children",
     "slipstick.storage.hdf5": "numpy h5py slipstick.errors",
-    "slipstick.storage.sheet": "numpy slipstick.errors slipstick.quantities",
+    "slipstick.storage.sheet": "numpy slipstick.errors slipstick.quantities slipstick.storage.cells",
     "slipstick.storage.condition_layout": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.hdf5",
     "slipstick.storage.versions": "h5py slipstick.errors slipstick.bench slipstick.recordings slipstick.table "
                                   "slipstick.machine",
@@ -43,20 +45,23 @@ MAY_IMPORT = {
     "slipstick.recordings": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.condition_layout "
                             "slipstick.storage.hdf5 slipstick.storage.isolated slipstick.storage.sheet",
     "slipstick.acquisition": "numpy scipy h5py asammdf pyarrow slipstick.errors slipstick.quantities slipstick.bench "
-                             "slipstick.recordings slipstick.storage.hdf5 slipstick.storage.isolated",
+                             "slipstick.recordings slipstick.storage.cells slipstick.storage.hdf5 "
+                             "slipstick.storage.isolated",
     "slipstick.acquisition.comparison": "numpy slipstick.bench slipstick.clutch slipstick.recordings",
-    "slipstick.machine": "numpy h5py slipstick.errors slipstick.quantities slipstick.bench.document "
-                         "slipstick.storage.hdf5 slipstick.storage.sheet",
+    "slipstick.machine": "numpy h5py slipstick.errors slipstick.interruption slipstick.quantities "
+                         "slipstick.bench.document slipstick.storage.hdf5 slipstick.storage.sheet",
     "slipstick.table": "numpy numba h5py slipstick.errors slipstick.matrix_product slipstick.bench slipstick.clutch "
                        "slipstick.machine slipstick.storage.condition_layout slipstick.storage.files "
                        "slipstick.storage.hdf5 slipstick.storage.isolated",
     "slipstick.plausibility": "numpy slipstick.bench slipstick.clutch slipstick.pictures "
                               "slipstick.recordings.signals",
+    "slipstick.plausibility.mismatch": "numpy slipstick.errors slipstick.bench slipstick.blocks.load slipstick.clutch "
+                                       "slipstick.recordings",
     "slipstick.physical_values": "slipstick.table",
     "slipstick.simulated_recordings": "numpy slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings",
     "slipstick.blocks": "numpy scipy numba slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings",
     "slipstick.calibration": "numpy scipy slipstick.errors slipstick.bench slipstick.blocks slipstick.clutch "
-                             "slipstick.recordings",
+                             "slipstick.plausibility.mismatch slipstick.recordings slipstick.time_budget",
     # The uncertainty package knows a model as points in, shifting times out: no simulator, table or recordings.
     "slipstick.uncertainty": "",
     "slipstick.uncertainty.sampling": "numpy scipy slipstick.errors",
@@ -69,9 +74,9 @@ MAY_IMPORT = {
                                         "slipstick.uncertainty.inputs slipstick.uncertainty.sampling",
     "slipstick.uncertainty.fit": "numpy scipy slipstick.errors slipstick.matrix_product slipstick.uncertainty.chaos "
                                  "slipstick.uncertainty.likelihood slipstick.uncertainty.outside "
-                                 "slipstick.uncertainty.sampling",
+                                 "slipstick.uncertainty.sampling slipstick.time_budget",
     "slipstick.inference": "numpy slipstick.errors slipstick.bench slipstick.clutch slipstick.machine "
-                           "slipstick.recordings slipstick.table slipstick.uncertainty",
+                           "slipstick.plausibility.mismatch slipstick.recordings slipstick.table slipstick.uncertainty",
     "slipstick.figure_data": "numpy slipstick.bench slipstick.clutch slipstick.machine slipstick.recordings "
                              "slipstick.table slipstick.uncertainty",
     "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.threads slipstick.bench slipstick.blocks "
@@ -79,11 +84,12 @@ MAY_IMPORT = {
     "slipstick.confirmation": "numpy scipy numba slipstick.errors slipstick.threads slipstick.bench "
                               "slipstick.blocks.whitening slipstick.clutch slipstick.naming slipstick.recordings",
     "slipstick.study": "numpy scipy slipstick.errors slipstick.threads slipstick.bench slipstick.clutch "
-                       "slipstick.confirmation slipstick.naming slipstick.recordings",
+                       "slipstick.confirmation slipstick.naming slipstick.plausibility.mismatch slipstick.recordings "
+                       "slipstick.time_budget",
     "slipstick.pictures": "numpy scipy vl_convert slipstick.uncertainty",
     "slipstick.pictures.study": "scipy slipstick.clutch.effects slipstick.pictures slipstick.recordings.signals "
                                 "slipstick.study",
-    "slipstick.report": "numpy slipstick.__version__ slipstick.pictures slipstick.recordings",
+    "slipstick.report": "numpy slipstick.__version__ slipstick.pictures slipstick.recordings slipstick.time_budget",
     "slipstick.report.imported": "slipstick.__version__ slipstick.acquisition slipstick.bench slipstick.pictures "
                                  "slipstick.recordings.signals slipstick.report",
     "slipstick.report.made": "slipstick.errors slipstick.pictures slipstick.report",

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 
 from slipstick.errors import SlipstickError
+from slipstick.interruption import exit_with, interrupt_by_exception
 
 COMMANDS = {
     "bench": "write a template of a bench file (`new`), or check one and show what the bench does (`check`)",
@@ -37,8 +38,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     command_parser = argparse.ArgumentParser(prog=f"python -m worker {parsed.command}",
                                              description=COMMANDS[parsed.command])
     command.add_arguments(command_parser)
+    parsed = command_parser.parse_args(parsed.arguments)
+    interrupt_by_exception()
     try:
-        return int(command.run(command_parser.parse_args(parsed.arguments)))
+        return int(command.run(parsed))
     except SlipstickError as error:
         print(f"error: {error}", file=sys.stderr)
     except OSError as error:  # such as a folder that cannot be written
@@ -50,4 +53,4 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

@@ -12,6 +12,7 @@ from slipstick.pictures.rendering import render
 from slipstick.plausibility import Inspection, inspect
 from slipstick.plausibility.picture import picture
 from slipstick.storage.files import replacing
+from worker.bench_option import bench_file
 
 _FORMS: dict[str, Literal["svg", "png"]] = {".svg": "svg", ".png": "png"}
 
@@ -23,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     new.add_argument("file", type=Path, metavar="FILE",
                      help="the bench file to write; an existing file is never replaced")
     check = actions.add_parser("check", help="say what is wrong or implausible, and show what the bench does")
-    check.add_argument("file", type=Path, metavar="FILE", help="the bench file to check")
+    check.add_argument("file", type=bench_file, metavar="FILE", help="the bench file to check")
     check.add_argument("--picture", type=Path, nargs="?", const=Path(), metavar="FILE.svg",
                        help="draw the engagement with the median shifting time, as .svg or .png (default: beside the "
                             "bench file, as .svg)")

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 import shlex
 from pathlib import Path
 
@@ -16,9 +17,22 @@ DEFAULT = Path("tables/heavy.toml")
 
 def add_bench_argument(parser: argparse.ArgumentParser) -> None:
     """Add the option."""
-    parser.add_argument("--bench", type=Path, default=DEFAULT, metavar="FILE.toml",
-                        help="the bench: parameters, converter, sensors, current profiles and conditions "
-                             "(default: %(default)s)")
+    parser.add_argument("--bench", type=bench_file, default=DEFAULT, metavar="FILE.toml",
+                        help="the bench: parameters, converter, sensors, current profiles and conditions; a name "
+                             "without a folder may be that of a bench of the service (default: %(default)s)")
+
+
+def bench_file(text: str) -> Path:
+    """The file that the option names: the one at this path, or else, for a name, the one in the folder of tables."""
+    path = Path(text)
+    if os.sep in text or path.is_file():
+        return path
+    return library_folder() / f"{text.removesuffix('.toml')}.toml"
+
+
+def library_folder() -> Path:
+    """The folder of the benches, tables and recordings of the service."""
+    return Path(os.environ.get("SLIPSTICK_TABLES", "tables"))
 
 
 def add_simulated_arguments(parser: argparse.ArgumentParser) -> None:

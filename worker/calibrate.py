@@ -11,6 +11,7 @@ from slipstick.errors import InvalidValue
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.storage.files import replacing
 from worker.bench_option import add_bench_argument, command_line, open_model, open_recordings
+from worker.orders import add_time_budget_argument
 
 LARGE_CHI_SQUARE = 2.0
 """Reduced chi-square above which the report speaks of a missing effect: the residuals have twice the variance of the
@@ -26,6 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_bench_argument(parser)
     parser.add_argument("--model", type=Path, metavar="SPEC.json",
                         help="the model to start from (default: the nominal parameters)")
+    add_time_budget_argument(parser)
     parser.add_argument("--out", type=Path, metavar="FILE",
                         help="write the calibration as JSON, for `build --model`")
 
@@ -34,7 +36,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Calibrate, print the result, and write it unless a parameter is at a bound."""
     bench = Bench.open(arguments.bench)
     recordings = open_recordings(bench, arguments.recordings, arguments.signals)
-    calibration = calibrate(recordings, bench, open_model(bench, arguments.model), print_progress)
+    calibration = calibrate(recordings, bench, open_model(bench, arguments.model), print_progress,
+                            arguments.time_budget)
     print(report(calibration))
     if calibration.at_bound:
         bounds = ", ".join(f"{name} ({p.lower:g} to {p.upper:g} times nominal)" for name in calibration.at_bound
@@ -70,7 +73,8 @@ def _undetermined(calibration: Calibration) -> list[str]:
 def report(calibration: Calibration) -> str:
     """The calibration as plain text."""
     nominal = dict(zip(parameters.NAMES, calibration.model.physics.nominal, strict=True))
-    lines = [f"Bench '{calibration.bench}'",
+    lines = [*([" ".join(calibration.partial.warning)] if calibration.partial else []),
+             f"Bench '{calibration.bench}'",
              f"{'parameter':22}{'value':>12}  {f'{calibration.level:.0%} interval':>24}  {'x nominal':>9}  "
              f"{'scatter':>8}"]
     for name, entry in calibration.spec()["parameters"].items():

@@ -10,7 +10,7 @@ import os
 import socket
 import sys
 from collections.abc import Callable
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
 from functools import cache
 from importlib.metadata import version
@@ -158,12 +158,12 @@ def _in_process(digest: str, function: Callable[..., Any], *arguments: Any, **na
 
 @cache
 def _processes() -> Executor:
-    from slipstick.machine.simulation import end_with_parent
+    from slipstick.machine.simulation import start_processes
 
     if multiprocessing.current_process().daemon:
         raise InvalidValue("A Dask worker may not start the processes of a Python callable",
                            "Start the workers with the environment variable DASK_DISTRIBUTED__WORKER__DAEMON=False")
-    return ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn"), end_with_parent, (os.getpid(),))
+    return start_processes(os.cpu_count() or 1)
 
 
 def _require_same(digest: str, expected: str, whose: str) -> None:

@@ -1,4 +1,4 @@
-"""Steps of jobs in a process of their own, which is stopped when its job is cancelled, whatever it is doing.
+"""Steps of jobs in a process of their own, stopped when its job is cancelled or its time ends, whatever it is doing.
 
 Compiled code and solvers cannot be interrupted from another thread. A step is a function of the library, a function
 that reports progress, and further arguments; it knows nothing of the job database. A step that crashes its process,
@@ -7,11 +7,14 @@ such as for lack of memory, fails its job, and not the worker.
 
 import atexit
 import importlib
+import math
 import multiprocessing
 import os
 import threading
+import time
 import traceback
 from collections.abc import Callable
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
@@ -20,14 +23,34 @@ from typing import Any
 from slipstick.errors import SlipstickError
 from slipstick.storage.library import Library
 
-Report = Callable[[dict[str, Any]], None]
-"""Publishes the progress of a job, as JSON."""
-
 _POLL_SECONDS = 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class Report:
+    """What a step says while it runs."""
+
+    send: Callable[[tuple[str, Any]], None]
+
+    def __call__(self, progress: dict[str, Any]) -> None:
+        """Publish the progress of the job, as JSON."""
+        self.send(("progress", progress))
+
+    def keep(self, result: dict[str, Any]) -> None:
+        """Hand over what the step would return if its time ended now."""
+        self.send(("kept", result))
 
 
 class ComputationLost(SlipstickError):
     """The process of a step ended before the step."""
+
+
+class TimeEnded(Exception):
+    """The time of a step ended before it: after `seconds` s, with the result that it had last `kept`, if any."""
+
+    def __init__(self, seconds: float, kept: dict[str, Any] | None) -> None:
+        super().__init__()
+        self.seconds, self.kept = seconds, kept
 
 
 class Computer:
@@ -42,15 +65,16 @@ class Computer:
         self._process, self._connection = self._started()
         atexit.register(self.stop)  # before multiprocessing waits for the process
 
-    def run(self, step: Callable[..., Any], *arguments: Any, report: Report, require_wanted: Callable[[], None]) -> Any:
-        """Return `step(library, report, *arguments)`, computed in the process.
+    def run(self, step: Callable[..., Any], *arguments: Any, report: Callable[[dict[str, Any]], None],
+            require_wanted: Callable[[], None], seconds: float = math.inf) -> Any:
+        """Return `step(library, report, *arguments)`, computed in the process within so many `seconds`.
 
         `report` and `require_wanted`, which is called several times a second, may raise: the process then ends at once.
-        Raises what the step raises, and `ComputationLost`.
+        Raises what the step raises, `ComputationLost`, and `TimeEnded`, with which the process ends as well.
         """
         with self._lock:  # the step of a cancelled job may still be about to end
             try:
-                return self._run(step, arguments, report, require_wanted)
+                return self._run(step, arguments, report, require_wanted, seconds)
             except _StepFailed as failure:
                 raise failure.reason from None
             except (EOFError, ConnectionError):
@@ -71,23 +95,29 @@ class Computer:
         self.stop()
         self._process, self._connection = self._started()
 
-    def _run(self, step: Callable[..., Any], arguments: tuple[Any, ...], report: Report,
-             require_wanted: Callable[[], None]) -> Any:
+    def _run(self, step: Callable[..., Any], arguments: tuple[Any, ...], report: Callable[[dict[str, Any]], None],
+             require_wanted: Callable[[], None], seconds: float) -> Any:
         if not self._process.is_alive():  # killed between two steps
             self._replace()
         connection = self._connection
+        begin, kept = time.monotonic(), None
         connection.send((step, arguments))
         while True:
-            if not connection.poll(_POLL_SECONDS):
+            spent = time.monotonic() - begin
+            if not connection.poll(min(_POLL_SECONDS, max(0.0, seconds - spent))):
                 require_wanted()
-                continue
-            said, content = connection.recv()
-            if said == "progress":
-                report(content)
-            elif said == "error":
-                raise _StepFailed(content)
             else:
-                return content
+                said, content = connection.recv()
+                if said == "result":
+                    return content
+                if said == "error":
+                    raise _StepFailed(content)
+                if said == "kept":
+                    kept = content
+                else:
+                    report(content)
+            if spent >= seconds:
+                raise TimeEnded(spent, kept)
 
     def _started(self) -> tuple[BaseProcess, Connection]:
         context = multiprocessing.get_context("spawn")  # a fork would copy the locks of other threads
@@ -114,9 +144,12 @@ def _serve(connection: Connection, folder: Path, modules: tuple[str, ...]) -> No
         importlib.import_module(module)
     library = Library(folder)
     while True:
-        step, arguments = connection.recv()
         try:
-            answer = "result", step(library, lambda progress: connection.send(("progress", progress)), *arguments)
+            step, arguments = connection.recv()
+        except EOFError:  # the worker has just ended
+            return
+        try:
+            answer = "result", step(library, Report(connection.send), *arguments)
         except SlipstickError as error:
             answer = "error", error
         except Exception as error:

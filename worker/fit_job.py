@@ -1,13 +1,20 @@
-"""A fit as a durable workflow: killed at any moment, it resumes after its last step and gives bit-identical results."""
+"""A fit as a durable workflow: killed at any moment, it resumes after its last step and gives bit-identical results.
 
+When the time budget ends, the step that runs is stopped, and what there is by then is the result. Only time of steps
+that are in the database counts, so that a resumed job neither restarts nor skips its budget.
+"""
+
+from collections.abc import Callable
 from typing import Any
 
 from dbos import DBOS, WorkflowSerializationFormat
 
+from slipstick.time_budget import TimeBudgetEnded
 from slipstick.uncertainty import fit
 from worker import fit_steps
+from worker.computing import TimeEnded
 from worker.jobs import Computers, compute
-from worker.orders import Checkpoint, Order
+from worker.orders import Checkpoint, Order, time_left, with_time
 from worker.simulators import Simulators
 
 
@@ -17,21 +24,31 @@ def register(computers: Computers, simulators: Simulators) -> None:
     Only `simulators` are run: a table names its simulator, but a file must not decide what this worker runs.
     """
 
+    def within_budget(step: Callable[..., Checkpoint], stage: str, order: Order, checkpoint: Checkpoint) -> Checkpoint:
+        """The checkpoint after a step, or what the step has when the time budget ends."""
+        try:
+            return compute(computers, step, simulators, order, checkpoint, seconds=time_left(order, checkpoint))
+        except TimeEnded as ended:
+            return {**checkpoint, **(ended.kept or {}), **with_time(checkpoint, stage, ended.seconds)}
+
     @DBOS.step(name="start")
     def start(order: Order) -> Checkpoint:
-        return compute(computers, fit_steps.start, simulators, order)
+        try:
+            return compute(computers, fit_steps.start, simulators, order, seconds=time_left(order, {}))
+        except TimeEnded:
+            raise TimeBudgetEnded.before(order["time_budget"], "the search began") from None
 
     @DBOS.step(name="search")
     def search(order: Order, checkpoint: Checkpoint) -> Checkpoint:
-        return compute(computers, fit_steps.search, simulators, order, checkpoint)
+        return within_budget(fit_steps.search, "search", order, checkpoint)
 
     @DBOS.step(name="refine")
     def refine(order: Order, checkpoint: Checkpoint) -> Checkpoint:
-        return compute(computers, fit_steps.refine, simulators, order, checkpoint)
+        return within_budget(fit_steps.refine, "refine", order, checkpoint)
 
     @DBOS.step(name="interval")
     def interval(order: Order, checkpoint: Checkpoint) -> Checkpoint:
-        return compute(computers, fit_steps.interval, simulators, order, checkpoint)
+        return within_budget(fit_steps.interval, "intervals", order, checkpoint)
 
     @DBOS.step(name="conclude")
     def conclude(order: Order, checkpoint: Checkpoint) -> dict[str, Any]:
@@ -41,9 +58,10 @@ def register(computers: Computers, simulators: Simulators) -> None:
     def run(order: Order) -> dict[str, Any]:
         settings = fit.FitSettings.from_dict(order["settings"])
         checkpoint = start(order)
-        while not fit.is_finished(settings, checkpoint["state"]):
+        while time_left(order, checkpoint) and not fit.is_finished(settings, checkpoint["state"]):
             checkpoint = search(order, checkpoint)
-        checkpoint = refine(order, checkpoint)
-        while not fit.has_all_intervals(settings, checkpoint["estimate"]):
+        if time_left(order, checkpoint):
+            checkpoint = refine(order, checkpoint)
+        while time_left(order, checkpoint) and not fit.has_all_intervals(settings, checkpoint["estimate"]):
             checkpoint = interval(order, checkpoint)
         return conclude(order, checkpoint)

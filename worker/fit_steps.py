@@ -2,7 +2,7 @@
 
 A step of the search runs generations for about a second. Their number depends on the clock; the result does not. The
 refinement, each interval and the conclusion with the figure data are further steps. A checkpoint holds the `state` of
-the search, and from the refinement on the `estimate`.
+the search, and from the refinement on the `estimate`, unless the time budget ended before.
 """
 
 import time
@@ -14,11 +14,13 @@ import numpy as np
 
 from slipstick.bench import Bench, Conditions
 from slipstick.figure_data import figure_data
-from slipstick.inference import Measured, machine_problem, simulated_problem, table_problem
+from slipstick.inference import Measured, machine_problem, require_reach, simulated_problem, table_problem
 from slipstick.machine import Machine
 from slipstick.physical_values import physical_inputs
+from slipstick.plausibility.mismatch import require_match
 from slipstick.storage.library import Library
-from slipstick.table.subject import Subject
+from slipstick.table.subject import Subject, output_of
+from slipstick.time_budget import Partial, TimeBudgetEnded
 from slipstick.uncertainty import fit
 from slipstick.uncertainty.likelihood import InferenceProblem, ShiftingTimeModel
 from worker.computing import Report
@@ -30,13 +32,17 @@ _REPORT_SECONDS = 0.5
 
 
 def start(library: Library, report: Report, simulators: Simulators, order: Order) -> Checkpoint:
-    """The state before the first generation; a simulator is compiled here, at its first use, not in the search."""
+    """The state before the first generation; a simulator is compiled here, at its first use, not in the search.
+
+    Raises `InvalidValue` for recordings that cannot be of what is simulated.
+    """
     begin = clock_times()
     task = _open(library, simulators, order)
     state = fit.initial_state(task.settings, task.problem)
-    if order["simulate"] and not isinstance(task.model, Machine):
-        problem = _Progress(task, report, "start").problem(state)
-        problem.model(0.5 * (problem.lower + problem.upper)[None], problem.conditions)
+    if order["simulate"]:
+        require_reach(_Progress(task, report, "start").problem(state), output_of(task.model))
+        if not isinstance(task.model, Machine):
+            require_match(library.recording(order["recordings"]), _bench(library, order), task.model)
     return {"state": state, **stage_times({}, "open", begin)}
 
 
@@ -49,6 +55,7 @@ def search(library: Library, report: Report, simulators: Simulators, order: Orde
     progress = _Progress(task, report, "search", lambda: before + time.perf_counter() - begin[0])
     while not fit.is_finished(task.settings, state) and time.perf_counter() < begin[0] + _STEP_SECONDS:
         state = fit.next_state(task.settings, progress.problem(state), state)
+        report.keep({"state": state, **stage_times(checkpoint, "search", begin)})
         progress(state)
     return {"state": state, **stage_times(checkpoint, "search", begin)}
 
@@ -75,13 +82,22 @@ def interval(library: Library, report: Report, simulators: Simulators, order: Or
 
 def conclude(library: Library, report: Report, simulators: Simulators, order: Order,
              checkpoint: Checkpoint) -> dict[str, Any]:
-    """The output of the job."""
+    """The output of the job, of which all steps before are complete or the time budget has ended.
+
+    Raises `TimeBudgetEnded` if there is no generation. Without an estimate, that is the best candidate of the search.
+    """
     begin = clock_times()
-    task = _open(library, simulators, order)
-    problem = _Progress(task, report, "conclude").problem(checkpoint["state"])
-    result = fit.summary(task.settings, problem, checkpoint["state"], checkpoint["estimate"])
-    figures = figure_data(task.settings, problem, checkpoint["state"], checkpoint["estimate"], task.model,
-                          task.recordings)
+    task, state, estimate = _open(library, simulators, order), checkpoint["state"], checkpoint.get("estimate")
+    if not state["history"]:
+        raise TimeBudgetEnded.before(order["time_budget"], "the first generation of the search")
+    problem, settings = _Progress(task, report, "conclude").problem(state), task.settings
+    done, missing = fit.unfinished(settings, state, estimate)
+    partial = Partial(order["time_budget"], done, missing) if missing else None
+    if estimate is None:
+        settings = replace(settings, refine=False)
+        estimate = fit.refined_estimate(settings, problem, state)
+    result = fit.summary(settings, problem, state, estimate, partial)
+    figures = figure_data(settings, problem, state, estimate, task.model, task.recordings)
     physical = physical_inputs(task.model, result["axes"], result["mean"], result["std"])
     return {"result": result, "physical": [asdict(entry) for entry in physical], "figure_data": figures,
             **stage_times(checkpoint, "conclude", begin)}

@@ -4,6 +4,8 @@ A job is a DBOS workflow: killed at any moment, it resumes after its last comple
 JSON. The interrupted step is computed again from the same state, and gives the same result.
 """
 
+import math
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -19,9 +21,13 @@ Computers = dict[str, Computer]
 """The process for the steps of each queue."""
 
 
-def compute(computers: Computers, step: Callable[..., dict[str, Any]], *arguments: Any) -> dict[str, Any]:
-    """Compute a step of the running job in the process of its queue; ends at once if the job is cancelled."""
-    id = DBOS.workflow_id
+def compute(computers: Computers, step: Callable[..., dict[str, Any]], *arguments: Any,
+            seconds: float = math.inf) -> dict[str, Any]:
+    """Compute a step of the running job in the process of its queue; ends at once if the job is cancelled.
+
+    Raises `TimeEnded` if the step takes more than so many `seconds`, those left of the time budget.
+    """
+    begin, id = time.monotonic(), DBOS.workflow_id
     assert id is not None
     queue = DBOS.list_workflows(workflow_ids=[id], load_input=False, load_output=False)[0].queue_name
 
@@ -32,9 +38,11 @@ def compute(computers: Computers, step: Callable[..., dict[str, Any]], *argument
 
     def report(progress: dict[str, Any]) -> None:
         require_wanted()
-        DBOS.set_event(_PROGRESS, progress)
+        left = max(0.0, seconds - (time.monotonic() - begin))
+        DBOS.set_event(_PROGRESS, {**progress, "budget_left": left if math.isfinite(left) else None})
 
     # A job without queue is one that this worker resumes at its start.
     computer = computers[queue or QUEUES[0]]
-    result: dict[str, Any] = computer.run(step, *arguments, report=report, require_wanted=require_wanted)
+    result: dict[str, Any] = computer.run(step, *arguments, report=report, require_wanted=require_wanted,
+                                             seconds=seconds)
     return result

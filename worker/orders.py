@@ -1,10 +1,13 @@
 """The input of a job, what its steps hand on to the next, and the time that they take."""
 
+import argparse
+import math
 import time
 from collections.abc import Mapping
 from typing import Any
 
 from slipstick.errors import WrongDigest
+from slipstick.time_budget import DEFAULT
 
 Order = dict[str, Any]
 """The input of a job, as the service submits it (service/job_store.py)."""
@@ -35,3 +38,22 @@ def stage_times(checkpoint: Mapping[str, Any], stage: str, begin: ClockTimes) ->
         previous: dict[str, float] = checkpoint.get(name, {})
         updated[name] = {**previous, stage: previous.get(stage, 0.0) + now - start}
     return updated
+
+
+def add_time_budget_argument(parser: argparse.ArgumentParser) -> None:
+    """Add the option of a command that delivers what it has when its time is over."""
+    parser.add_argument("--time-budget", type=float, default=DEFAULT, metavar="SECONDS",
+                        help="time after which the command ends at its next step, with a partial result of what it has "
+                             "(default: %(default)g, a day)")
+
+
+def time_left(order: Order, checkpoint: Mapping[str, Any]) -> float:
+    """Seconds that are left of the time budget of a job after the steps before `checkpoint`; infinite without one."""
+    budget = order.get("time_budget")  # jobs of earlier versions have none
+    return math.inf if budget is None else max(0.0, budget - sum(checkpoint.get("seconds", {}).values()))
+
+
+def with_time(checkpoint: Mapping[str, Any], stage: str, seconds: float) -> dict[str, dict[str, float]]:
+    """The `seconds` by stage of `checkpoint`, with those of a step of `stage` that was stopped."""
+    previous: dict[str, float] = checkpoint.get("seconds", {})
+    return {"seconds": {**previous, stage: previous.get(stage, 0.0) + seconds}}

@@ -12,10 +12,12 @@ from pathlib import Path
 
 from dbos import DBOS, error
 
+from slipstick import interruption
 from slipstick.errors import InvalidValue
 from slipstick.machine import open_machine
 from slipstick.storage.database import file_of, is_server, open_database, shown
 from worker import fit_job, heartbeat, jobs, study_job
+from worker.bench_option import library_folder
 from worker.computing import Computer
 from worker.executors import add_dask_argument
 from worker.simulators import Simulators
@@ -28,7 +30,7 @@ _VERSION = "jobs-4"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command. Tables and jobs must be those of the service."""
-    parser.add_argument("--tables", type=Path, default=os.environ.get("SLIPSTICK_TABLES", "tables"), metavar="FOLDER",
+    parser.add_argument("--tables", type=Path, default=library_folder(), metavar="FOLDER",
                         help="folder of the tables and recordings, the same as for the service "
                              "(default: %(default)s; environment variable SLIPSTICK_TABLES)")
     # The help text does not show the value of the variable, which may contain a password.
@@ -78,13 +80,14 @@ def run(arguments: argparse.Namespace) -> int:
             DBOS.register_queue(queue, worker_concurrency=1, polling_interval_sec=0.2)
         heartbeat.start(engine, name, lock)
         print(f"Worker {name} is waiting for fits and studies in {shown(arguments.jobs)}", flush=True)
-        signal.sigwait(stops)
+        received = signal.sigwait(stops)
         if rehearsal is not None:
             rehearsal.kill()
         heartbeat.stop(engine, name)
-        print("Stopped. Another worker takes over unfinished jobs, or they resume at the next start.", flush=True)
+        print("Stopped. Another worker takes over unfinished jobs, or they resume at the next start.", file=sys.stderr,
+              flush=True)
         # A running job can be interrupted at any point, so the worker does not wait for it.
-        os._exit(0)
+        os._exit(interruption.STATUS if received == signal.SIGINT else 0)
 
 
 def _is_not_cancellation(record: logging.LogRecord) -> bool:

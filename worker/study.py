@@ -14,12 +14,13 @@ from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings
 from slipstick.report.study.page import study_page
 from slipstick.storage.files import replacing
-from slipstick.study import StudyResult, StudySettings, conclude, examine
+from slipstick.study import StudyResult, StudySettings, conclude, examine, unconfirmed
 from slipstick.study.export import file_stem, has_table, law_csv, law_mat
 from slipstick.study.progress import Log, StudyProgress
 from slipstick.study.record import figures_from_dict, result_from_dict
+from slipstick.time_budget import TimeBudgetEnded
 from worker.bench_option import add_bench_argument, command_line, open_recordings
-from worker.orders import clock_times, stage_times
+from worker.orders import add_time_budget_argument, clock_times, stage_times
 from worker.study_text import study_text
 
 
@@ -31,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_bench_argument(parser)
     parser.add_argument("--settings", type=Path, metavar="FILE.json",
                         help='JSON file with the study settings to change, such as {"level": 0.95}')
+    add_time_budget_argument(parser)
     parser.add_argument("--out", type=Path, metavar="FILE.json", help="write the result as JSON")
     parser.add_argument("--report", type=Path, metavar="FILE.html", help="write the report, one HTML page with figures")
     parser.add_argument("--extended", type=Path, metavar="FILE.json",
@@ -50,24 +52,26 @@ def run(arguments: argparse.Namespace) -> int:
     bench = Bench.open(arguments.bench)
     recordings = open_recordings(bench, arguments.recordings, arguments.signals)
     submitted = _now()
-    output = study_output(settings, bench, recordings)
+    output = study_output(settings, bench, recordings, arguments.time_budget)
     result = result_from_dict(output["result"])
     print(study_text(result, figures_from_dict(output["figure_data"]), settings))
     metadata = {"id": arguments.recordings.stem, "recordings": arguments.recordings.stem,
                 "recordings_digest": recordings.digest, "settings": asdict(settings), "submitted": submitted,
                 "ended": _now()}
-    written = [path for path in (arguments.out, arguments.report, arguments.extended) if path]
+    written = [path for path in (arguments.out, arguments.report, arguments.extended if result.after else None) if path]
     if arguments.out:
         saved = {name: output[name] for name in ("result", "seconds", "processor_seconds")}
         _write(arguments.out, json.dumps({**metadata, **saved}, indent=1) + "\n")
     if arguments.report:
         _write(arguments.report, study_page(metadata, output))
-    if arguments.extended:
+    if arguments.extended and result.after:
         _write(arguments.extended, json.dumps(result.after.model, indent=1) + "\n")
     if arguments.laws:
         written += write_laws(result, arguments.laws)
     if written:
         print(f"\nWrote {', '.join(map(str, written))}")
+    if arguments.extended and not result.after:
+        raise TimeBudgetEnded.before(arguments.time_budget, "there was an extended model, which was not written")
     if arguments.extended:
         print("Build a table of the extended model: "
               + command_line("build", "--bench", arguments.bench, "--model", arguments.extended,
@@ -75,20 +79,36 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def study_output(settings: StudySettings, bench: Bench, recordings: Recordings) -> dict[str, Any]:
-    """Run a study, with its progress on stderr; return the output of a job: result, figure_data and times as JSON."""
-    log, begin = progress(), clock_times()
-    named = examine(settings, bench, recordings, log)
-    times, begin = stage_times({}, "name", begin), clock_times()
-    result, figures = conclude(settings, bench, recordings, named, log)
-    return {"result": asdict(result), "figure_data": asdict(figures), **stage_times(times, "confirm", begin)}
+def study_output(settings: StudySettings, bench: Bench, recordings: Recordings, budget: float) -> dict[str, Any]:
+    """Run a study within a time `budget` in s, with its progress on stderr.
+
+    Return the output of a job: result, figure_data and times as JSON. Raises `TimeBudgetEnded` if the study has nothing
+    to show by then.
+    """
+    log, named, stage, times, begin = progress(budget), dict[str, Any](), "name", dict[str, Any](), clock_times()
+    try:
+        named = examine(settings, bench, recordings, log, named.update)
+        times, stage, begin = stage_times({}, "name", begin), "confirm", clock_times()
+        result, figures = conclude(settings, bench, recordings, named, log)
+    except _TimeEnded:
+        result, figures = unconfirmed(settings, bench, recordings, named or None, budget)
+    return {"result": asdict(result), "figure_data": asdict(figures), **stage_times(times, stage, begin)}
 
 
-def progress() -> Log:
-    """A function that prints the progress and the time since now in s to stderr."""
+class _TimeEnded(Exception):
+    """The time budget of the command has ended."""
+
+
+def progress(budget: float) -> Log:
+    """A function that prints the progress and the time since now in s to stderr.
+
+    Its call after the time `budget` in s ends what calls it.
+    """
     start = time.monotonic()
 
     def log(progress: StudyProgress) -> None:
+        if time.monotonic() > start + budget:
+            raise _TimeEnded
         print(f"{time.monotonic() - start:6.1f} s  step {progress.step} of {progress.steps}: {progress.doing}",
               file=sys.stderr, flush=True)
 

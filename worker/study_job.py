@@ -1,12 +1,16 @@
-"""A study as a durable workflow: killed at any moment, it resumes after its last step and gives the same result."""
+"""A study as a durable workflow: killed at any moment, it resumes after its last step and gives the same result.
+
+When the time budget ends, the step that runs is stopped, and what was named by then is the result.
+"""
 
 from typing import Any
 
 from dbos import DBOS, WorkflowSerializationFormat
 
 from worker import study_steps
+from worker.computing import TimeEnded
 from worker.jobs import Computers, compute
-from worker.orders import Checkpoint, Order
+from worker.orders import Checkpoint, Order, time_left, with_time
 
 
 def register(computers: Computers) -> None:
@@ -14,11 +18,19 @@ def register(computers: Computers) -> None:
 
     @DBOS.step(name="study.name")
     def name(order: Order) -> Checkpoint:
-        return compute(computers, study_steps.name, order)
+        try:
+            return compute(computers, study_steps.name, order, seconds=time_left(order, {}))
+        except TimeEnded as ended:
+            return {**(ended.kept or {}), **with_time({}, "name", ended.seconds)}
 
     @DBOS.step(name="study.confirm")
     def confirm(order: Order, checkpoint: Checkpoint) -> dict[str, Any]:
-        return compute(computers, study_steps.confirm, order, checkpoint)
+        try:
+            if left := time_left(order, checkpoint):
+                return compute(computers, study_steps.confirm, order, checkpoint, seconds=left)
+        except TimeEnded as ended:
+            checkpoint = {**checkpoint, **with_time(checkpoint, "confirm", ended.seconds)}
+        return compute(computers, study_steps.deliver, order, checkpoint)
 
     @DBOS.workflow(name="study", serialization_type=WorkflowSerializationFormat.PORTABLE)
     def run(order: Order) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import Any
 from slipstick.bench import Bench
 from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
-from slipstick.study import StudySettings, conclude, examine
+from slipstick.study import StudySettings, conclude, examine, unconfirmed
 from slipstick.study.progress import Log, StudyProgress
 from worker.computing import Report
 from worker.orders import Checkpoint, Order, clock_times, require_same, stage_times
@@ -21,7 +21,8 @@ _REPORT_SECONDS = 0.5
 def name(library: Library, report: Report, order: Order) -> Checkpoint:
     """What the blocks of the model say is missing."""
     begin, task = clock_times(), _open(library, order)
-    named = examine(task.settings, task.bench, task.recordings, _log(report))
+    named = examine(task.settings, task.bench, task.recordings, _log(report),
+                    lambda found: report.keep({"named": found, **stage_times({}, "name", begin)}))
     return {"named": named, **stage_times({}, "name", begin)}
 
 
@@ -30,6 +31,16 @@ def confirm(library: Library, report: Report, order: Order, checkpoint: Checkpoi
     begin, task = clock_times(), _open(library, order)
     result, figures = conclude(task.settings, task.bench, task.recordings, checkpoint["named"], _log(report))
     return {"result": asdict(result), "figure_data": asdict(figures), **stage_times(checkpoint, "confirm", begin)}
+
+
+def deliver(library: Library, report: Report, order: Order, checkpoint: Checkpoint) -> dict[str, Any]:
+    """The output of a job whose time budget has ended before `confirm`; raises `TimeBudgetEnded` if nothing is named.
+    """
+    task = _open(library, order)
+    result, figures = unconfirmed(task.settings, task.bench, task.recordings, checkpoint.get("named"),
+                                  order["time_budget"])
+    return {"result": asdict(result), "figure_data": asdict(figures), "seconds": checkpoint["seconds"],
+            "processor_seconds": checkpoint.get("processor_seconds", {})}
 
 
 @dataclass(frozen=True, eq=False)

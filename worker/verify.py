@@ -14,6 +14,7 @@ from slipstick.machine.simulation import OUTCOMES
 from slipstick.recordings import Recordings
 from slipstick.table import Grid, Surrogate, Table
 from slipstick.uncertainty import Inputs, log10_mean_density, mass_outside, standard_normals
+from worker.bench_option import bench_file
 from worker.surrogate import describe_error
 
 SHIPPED = Path("tables/measured.h5")
@@ -26,7 +27,7 @@ REFERENCE_STD, REFERENCE_OUTPUT_STD = 0.05, 5e-3
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", type=Path, metavar="FILE", help="the table file")
-    parser.add_argument("--bench", type=Path, metavar="FILE.toml",
+    parser.add_argument("--bench", type=bench_file, metavar="FILE.toml",
                         help="the bench of the table; a table of another bench is refused (default: not checked)")
     parser.add_argument("--machine", type=Path, metavar="FILE.toml",
                         help="the file of another machine from which the table was built, to simulate it")

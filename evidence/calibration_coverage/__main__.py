@@ -3,7 +3,6 @@
 import argparse
 import os
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from multiprocessing import get_context
 from types import ModuleType
@@ -15,7 +14,7 @@ from benchmarks.results import describe_machine
 from evidence import calibration_coverage
 from evidence.calibration_coverage import calibrations, coefficients, fits
 from evidence.calibration_coverage.table import replace_rows
-from evidence.kept import PROCESSES, Job, Result, read_count, run_jobs
+from evidence.kept import Job, Result, open_processes, read_count, run_jobs
 from evidence.runner import WORK
 
 KINDS: dict[str, ModuleType] = {"calibrations": calibrations, "fits": fits, "coefficients": coefficients}
@@ -34,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         sets = chosen.sets or module.SETS
         jobs, results = module.list_jobs(sets), dict[Job, Result]()
         for job, result in run_jobs(module.run_job, jobs, WORK / f"coverage-{kind}.jsonl",
-                                    partial(ProcessPoolExecutor, PROCESSES, get_context("spawn"))):
+                                    partial(open_processes, get_context("spawn"))):
             results[job] = result
             print(f"{len(results)}/{len(jobs)} {job}", flush=True)
         replace_rows(kind, module.make_rows([results[job] for job in jobs]),

@@ -38,8 +38,8 @@ Edit = Callable[[h5py.File], None]
 
 _DATASETS = ("times", "axes/torque_constant", "axes/rotor_inertia", "conditions/speed", "conditions/load_inertia")
 _ATTRIBUTES = (("/", "layout"), ("/", "layout_version"), ("axes", "order"), ("axes/torque_constant", "nominal"),
-               ("axes/torque_constant", "nominal_units"), ("times", "units"), ("conditions", "order"),
-               ("conditions/speed", "units"))
+               ("axes/torque_constant", "nominal_units"), ("times", "units"), ("times", "row_major_order"),
+               ("conditions", "order"), ("conditions/speed", "units"))
 
 
 def make_plain_table() -> bytes:

@@ -10,7 +10,7 @@ from service.front.elements import Entry, Link, group, listings, moment, plural
 from service.heartbeats import Heartbeats
 from service.job_filter import ENDED, JobFilter
 from service.job_store import JobStore
-from service.jobs import finished_job, output_of
+from service.jobs import finished_job, is_partial, output_of
 from service.routes import fits, studies
 from service.study_schemas import Study, StudyWithProgress
 from slipstick.pictures.theme import in_words
@@ -83,6 +83,12 @@ def _active(job: Active) -> Entry:
 
 def _doing(job: Active) -> str:
     """Progress in words, and as a bar where the share that is done is known."""
+    left = None if job.progress is None else job.progress.budget_left
+    return _stage(job) + ("" if left is None or job.status != "running" else
+                          paragraph(f"{_rounded(left)} of the time budget left", "doing"))
+
+
+def _stage(job: Active) -> str:
     if job.status == "queued":
         place = "Next in its queue" if job.ahead == 0 else f"{plural(job.ahead or 0, 'job')} before it in its queue"
         return paragraph(place, "doing")
@@ -127,10 +133,11 @@ def _ended(store: JobStore, job: Fit | Study) -> Entry:
 @lru_cache(maxsize=1000)
 def _answer(store: JobStore, id: str, ended: str) -> str:
     """What a job found, in a sentence. Read once, since results are large; `ended` tells jobs of the same id apart."""
-    output = output_of(finished_job(store, id))
+    job = finished_job(store, id)
+    output = output_of(job)
     if store.workflow == "study":
         return str(output["result"]["sentence"])
     bound = [in_words(remark["unknown"]) for remark in output["result"]["remarks"] if remark.get("at_bound")]
     at_bound = f"; {listed(bound)} at {'its bound' if len(bound) == 1 else 'their bounds'}" if bound else ""
-    values = fitted(output["physical"]) + at_bound
+    values = "partial result: " * is_partial(job) + fitted(output["physical"]) + at_bound
     return values[0].upper() + values[1:]

@@ -4,8 +4,10 @@ from functools import cache
 from html import escape
 from pathlib import Path
 
+from service.front.elements import Link
 from slipstick import __version__
 from slipstick.report import shell
+from slipstick.report.markup import paragraph
 
 _STYLE = Path(__file__).with_name("front.css")
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'self'; connect-src 'self'; img-src data:"
@@ -28,6 +30,15 @@ def document(title: str, body: str, head: str = "") -> str:
         f'<nav aria-label="Sections"><ul>{sections}<li><a href="/docs">API</a></li></ul></nav></div></header>',
         f'<main id="main">\n{body}\n</main>',
         f"<footer><div>Slipstick {__version__}</div></footer>", "</body>", "</html>", ""])
+
+
+def error_page(title: str, cause: str, remedy: str, request_id: str | None) -> str:
+    """Return the HTML document about a request that failed, with links to go on; the arguments are text."""
+    links = " · ".join(link.html() for link in (Link("Front page", "/"), Link("API documentation", "/docs"),
+                                                Link("Resources", "/v1")))
+    note = paragraph(f"Id of the request in the log: {request_id}", "note") if request_id else ""
+    return document(title, f'<h1>{escape(title)}</h1>\n{paragraph(f"{cause}.")}{paragraph(f"{remedy}.")}\n'
+                           f'<p class="links">{links}</p>\n{note}')
 
 
 @cache

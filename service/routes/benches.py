@@ -83,7 +83,7 @@ NewBenchName = Annotated[str, Query(
     description="Name of the new bench: up to 64 letters, digits, - and _, starting with a letter or digit.",
     openapi_examples={"mine": {"summary": "A new name", "value": "my-bench"}})]
 _UPLOAD_BODY: dict[str, Any] = {"requestBody": {"required": True, "content": {
-    _MEDIA_TYPE: {"schema": {"type": "string"}, "example": TEMPLATE.read_text()}}}}
+    _MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}, "example": TEMPLATE.read_text()}}}}
 
 
 async def _upload_body(request: Request) -> bytes:

@@ -33,8 +33,8 @@ from service.settings import Settings
 from slipstick.errors import InvalidValue
 from slipstick.storage.library import Library
 from slipstick.table import Outside, Table
+from slipstick.table.points import count_outside
 from slipstick.table.subject import columns
-from slipstick.uncertainty import count_outside
 
 _Body = TypeVar("_Body", bound=BaseModel)
 _Points = np.ndarray | list[Any]
@@ -50,7 +50,7 @@ class EvaluateOptions(StrictModel):
     table: TableName = "nominal"
     bench: TableBench = None
     conditions: ConditionList = None
-    outside: OutsidePolicy = "clip"
+    outside: OutsidePolicy = "error"
     describe: bool = Field(default=True, description="Whether JSON contains the conditions in words.")
 
 
@@ -73,8 +73,8 @@ class NpyQuery(StrictModel):
                                                         "for a .npy body.")
     conditions: list[int] | None = Field(default=None, description="Indices of the conditions, by default all. Only "
                                                                    "for a .npy body.")
-    outside: Outside | None = Field(default=None, description="Policy for points outside the table, `clip` by default. "
-                                                              "Only for a .npy body.")
+    outside: Outside | None = Field(default=None, description="Policy for points outside the table, `error` by "
+                                                              "default. Only for a .npy body.")
     format: TableForm | None = Field(default=None, description="Form of the answer: `json`, or `csv` with a row for "
                                                                "each point and condition. By default the Accept header "
                                                                "decides.")
@@ -109,7 +109,7 @@ class EvaluateResponse(BaseModel):
 
 
 router = APIRouter(prefix="/v1/evaluate", tags=["evaluate"], route_class=_EvaluateRoute)
-_EXAMPLE = {"table": "nominal", "points": [[1.0, 1.0], [0.9, 1.1]], "conditions": [0, 100, 215], "outside": "clip"}
+_EXAMPLE = {"table": "nominal", "points": [[1.0, 1.0], [0.9, 1.1]], "conditions": [0, 100, 215]}
 _BINARY = {"schema": {"type": "string", "format": "binary"}}
 _REQUEST_BODY: dict[str, Any] = {"requestBody": {"required": True, "content": {
     "application/json": {"schema": EvaluateRequest.model_json_schema(), "example": _EXAMPLE},
@@ -122,6 +122,8 @@ _REQUEST_BODY: dict[str, Any] = {"requestBody": {"required": True, "content": {
                  200: {"content": {npy.MEDIA_TYPE: _BINARY, CSV: {"schema": {"type": "string"}}}}})
 async def evaluate(request: Request, query: Annotated[NpyQuery, Query()]) -> Response:
     """Return the shifting times at the given points, by linear interpolation or by the surrogate.
+
+    A point outside the table is rejected with 422, unless `outside` says what its shifting time is.
 
     Points and shifting times can also be sent as NumPy arrays. With Content-Type application/x-npy, the request body
     is a float64 array of shape (points, axes) written by numpy.save, and the options are query parameters. With Accept
@@ -177,7 +179,7 @@ def _answer(request: Request, query: NpyQuery, options: EvaluateOptions, points:
                  "Send fewer points per request, select conditions, or request .npy")
     points = points if isinstance(points, np.ndarray) else _checked(points)
     times = selected.interpolate(points, options.outside)
-    outside = count_outside(points, table.lower, table.upper)
+    outside = count_outside(table.axes, points)
     headers = {"Slipstick-Table-Digest": table.digest, "Slipstick-Points-Outside": str(outside)}
     if as_csv:
         return _csv(points, times, selected, conditions, settings, headers)

@@ -35,7 +35,7 @@ from service.paging import Limit, Offset, page_links
 from service.revalidation import NOT_MODIFIED, RevalidationDependency
 from service.schemas import LibraryDependency, SettingsDependency
 from slipstick.errors import InvalidValue
-from slipstick.inference import machine_problem, simulated_problem, table_problem
+from slipstick.inference import machine_problem, require_reach, simulated_problem, table_problem
 from slipstick.machine import Machine
 from slipstick.storage.library import Library
 from slipstick.uncertainty.fit import initial_state
@@ -73,7 +73,8 @@ def submit_fit(body: Annotated[FitRequest, Body(examples=[_EXAMPLE])], library: 
 
     The request returns immediately, with the address of the fit in the header Location. A worker runs the fit: a
     genetic algorithm (by default) maximises the likelihood over the mean and standard deviation of each input and the
-    output noise; its best candidate is then refined on the exact likelihood.
+    output noise; its best candidate is then refined on the exact likelihood. Measurements that no inputs of the table
+    reach, such as those in another unit, are rejected with 422.
     """
     fit = submit(store, key, *_job(library, body, settings.fit_values))
     response.headers["Location"] = f"{store.address}/{fit.workflow_id}"
@@ -137,6 +138,7 @@ def _job(library: Library, body: FitRequest, most_values: int) -> tuple[JobInput
         library.bench(bench).require(table.clutch.physics)
     if not body.simulate:
         problem = table_problem(table, recordings, body.outside, parameters)
+        require_reach(problem, table.output)
     elif isinstance(table.model, Machine):
         problem = machine_problem(table.model, _only_in_workers, recordings, parameters)
     else:
@@ -145,6 +147,8 @@ def _job(library: Library, body: FitRequest, most_values: int) -> tuple[JobInput
     if body.simulate and body.outside != "clip":
         raise InvalidValue(f"`outside` is `{body.outside}`, but the simulator has no edges", "Omit `outside`")
     settings = body.settings.checked()
+    if settings.output_std_bounds is None:
+        settings = replace(settings, output_std_bounds=problem.output_std_bounds)
     initial_state(settings, problem)
     unknowns = search_space(settings, problem).names
     if len(recordings) < len(unknowns):
@@ -155,7 +159,8 @@ def _job(library: Library, body: FitRequest, most_values: int) -> tuple[JobInput
     job_input: JobInput = orjson.loads(orjson.dumps({
         "table": body.table, "table_digest": table.digest, "simulate": body.simulate, "parameters": parameters,
         "recordings": body.recordings, "recordings_digest": recordings.digest,
-        "outside": body.outside, "settings": settings.to_dict(), **bench_input(library, bench)}))
+        "outside": body.outside, "settings": settings.to_dict(), "time_budget": body.time_budget,
+        **bench_input(library, bench)}))
     return job_input, queue_of(cost)
 
 

@@ -30,7 +30,8 @@ themselves."""
 
 
 @router.get("/fits/{id}/events", summary="Follow a fit by events", description=_about("fit", "fits"),
-            tags=["fits"], response_model=None, responses=error_responses(404, 503) | _EVENTS)
+            tags=["fits"], status_code=200, response_class=EventStream,
+            responses=error_responses(404, 503) | _EVENTS)
 async def fit_events(id: fits.FitId, store: fits.FitStore, following: FollowingDependency,
                      last: LastEventId = None) -> Response:
     """Send the states of a fit."""
@@ -38,7 +39,8 @@ async def fit_events(id: fits.FitId, store: fits.FitStore, following: FollowingD
 
 
 @router.get("/studies/{id}/events", summary="Follow a study by events", description=_about("study", "studies"),
-            tags=["studies"], response_model=None, responses=error_responses(404, 503) | _EVENTS)
+            tags=["studies"], status_code=200, response_class=EventStream,
+            responses=error_responses(404, 503) | _EVENTS)
 async def study_events(id: studies.StudyId, store: studies.StudyStore, following: FollowingDependency,
                        last: LastEventId = None) -> Response:
     """Send the states of a study."""

@@ -46,10 +46,12 @@ from slipstick.uncertainty.likelihood import (
     SAMPLES,
     Candidate,
     InferenceProblem,
+    LikelihoodEstimate,
     by_expansion,
     by_sampling,
+    compared,
     converged,
-    exact,
+    with_lines,
 )
 from slipstick.uncertainty.likelihood.likelihood import KNOTTED, MOST_LINES
 from slipstick.uncertainty.likelihood.line_rules import ACROSS
@@ -63,7 +65,8 @@ _GRID_POINTS = 1 << 14  # order of magnitude of the number of points in total, f
 class CandidateBody(InputsBody):
     """A candidate: a distribution of the uncertain inputs with an output noise."""
 
-    output_std: float = Field(gt=0, description="Standard deviation of the additive output noise in s.")
+    output_std: float = Field(gt=0, description="Standard deviation of the additive output noise in the unit of the "
+                                                "output, s for shifting times.")
 
 
 class LikelihoodRequest(StrictModel):
@@ -112,9 +115,9 @@ class CandidateLikelihood(BaseModel):
                     "recordings; null for minus infinity, which means that the model has no shifting time at any "
                     "relevant input (`auto`, `exact`) or that the expansion does not exist (`expansion`, `sampling`).")
     error: float | None = Field(
-        description="Estimated error of the log10 likelihood for `auto`, in decades: the change by the last "
-                    "refinement; 0 for a grid of one or two axes if the noise is too narrow for a lattice, and the "
-                    "integral is exact. Null for the other methods.")
+        description="Error of the log10 likelihood in decades, which is to hold in 95 % of the cases. `auto`, `exact`: "
+                    "of the integral of the table. `expansion`, `sampling`: the difference to `auto`, plus the error "
+                    "of that. Null if the likelihood is 0, or if the measured values are out of reach.")
     mass_outside: MassOutside
 
 
@@ -153,9 +156,13 @@ def likelihood(body: Annotated[LikelihoodRequest, Body(examples=[EXAMPLE])], lib
     table, recordings = open_table(library, body.table, body.bench), library.measured(body.recordings)
     problem = table_problem(table, recordings, body.outside)
     candidates = [Candidate(candidate.inputs(table), candidate.output_std) for candidate in body.candidates]
+    for candidate in candidates:
+        problem.require_output_std(candidate.output_std)
     _require_work(body, settings, table, len(recordings))
     problem = replace(problem, model=client.watched(problem.model))
-    log10_densities, errors = _log10_densities(body, problem, candidates)
+    estimates = _estimates(body, problem, candidates)
+    log10_densities = np.array([estimate.density for estimate in estimates])
+    errors = [estimate.error if math.isfinite(estimate.error) else None for estimate in estimates]
     normals = standard_normals(len(table.axes), SAMPLES, body.seed)
     mass = [mass_outside(candidate.inputs, problem.lower, problem.upper, normals) for candidate in candidates]
     if wants_csv(request, form):
@@ -193,19 +200,18 @@ def _finite(value: float) -> float | str:
     return value if math.isfinite(value) else ""
 
 
-def _log10_densities(body: LikelihoodRequest, problem: InferenceProblem,
-                     candidates: list[Candidate]) -> tuple[np.ndarray, list[float | None]]:
-    """log10 densities per ms, shape (candidates, conditions), and the estimated error of the sum for each candidate."""
-    no_errors: list[float | None] = [None] * len(candidates)
+def _estimates(body: LikelihoodRequest, problem: InferenceProblem,
+               candidates: list[Candidate]) -> list[LikelihoodEstimate]:
+    """log10 densities per ms (conditions,) and the error of their sum for each candidate."""
     if body.method == "auto":
-        results = [converged(problem, candidate, body.seed) for candidate in candidates]
-        return np.array([densities for densities, _ in results]), [error for _, error in results]
+        return [converged(problem, candidate, body.seed) for candidate in candidates]
     if body.method == "exact":
-        return np.array([exact(problem, candidate, body.lines, body.seed) for candidate in candidates]), no_errors
+        return [with_lines(problem, candidate, body.lines, body.seed) for candidate in candidates]
+    expansion = body.expansion.checked(0)
     if body.method == "expansion":
-        return by_expansion(problem, candidates, body.expansion.checked(0), body.lines), no_errors
+        return compared(problem, candidates, by_expansion(problem, candidates, expansion, body.lines), body.seed)
     normals = standard_normals(len(problem.axes), body.samples, body.seed)
-    return by_sampling(problem, candidates, body.expansion.checked(0), normals), no_errors
+    return compared(problem, candidates, by_sampling(problem, candidates, expansion, normals), body.seed)
 
 
 def integration_points(table: Table, lines: int = ACROSS) -> int:

@@ -32,6 +32,7 @@ from service.schemas import (
 )
 from service.settings import Settings
 from slipstick.inference import table_model
+from slipstick.machine import Machine
 from slipstick.table import Table
 from slipstick.uncertainty import Inputs, mass_outside, standard_normals
 from slipstick.uncertainty.chaos import (
@@ -81,16 +82,18 @@ class PropagateRequest(StrictModel):
     table: TableName = "nominal"
     bench: TableBench = None
     inputs: InputsBody
-    output_std: float = Field(default=0.003, ge=0,
-                              description="Standard deviation of the additive output noise in s; 0 for no noise.")
+    output_std: float | None = Field(
+        default=None, ge=0, description="Standard deviation of the additive output noise in the unit of the output; 0 "
+                                        "for no noise. By default 0.003 s for shifting times, and 0 for the output of "
+                                        "another machine.")
     conditions: ConditionList = None
     outside: OutsidePolicy = "clip"
     expansion: ExpansionBody = Field(default_factory=lambda: ExpansionBody(), description="Settings of the expansions.")
     tolerance: float | None = Field(
-        default=None, gt=0, description="Target for the error of the expansions in s. With a target, `expansion.order` "
-                                        "is ignored, and the order is increased from 1 until the error meets the "
-                                        "target or 20,000 model runs are used. Null for expansions of the given "
-                                        "order.")
+        default=None, gt=0, description="Target for the error of the expansions in the unit of the output. With a "
+                                        "target, `expansion.order` is ignored, and the order is increased from 1 until "
+                                        "the error meets the target or 20,000 model runs are used. Null for expansions "
+                                        "of the given order.")
     samples: Annotated[int, Field(
         ge=1, le=1 << 17, description="Number of samples of the expansion for quantiles and densities, a power of two.",
     )] = SAMPLES
@@ -105,16 +108,16 @@ class PropagateRequest(StrictModel):
 
 
 class ShiftingTimeDistribution(BaseModel):
-    """Distribution of the shifting time in one condition."""
+    """Distribution of the shifting time in s, or of the output of another machine in its unit, in one condition."""
 
     condition: int = Field(description="Index of the condition in the table.")
     described: Description
     reason: str | None = Field(description="Why the expansion does not exist, in which case all results are null; null "
                                            "if it exists.")
-    mean: float | None = Field(description="Mean in s.")
-    std: float | None = Field(description="Standard deviation in s, including the output noise.")
+    mean: float | None = Field(description="Mean.")
+    std: float | None = Field(description="Standard deviation, including the output noise.")
     error: float | None = Field(
-        description="Estimated RMS error of the expansion in s, over the distribution of the inputs: the leave-one-out "
+        description="Estimated RMS error of the expansion, over the distribution of the inputs: the leave-one-out "
                     "error for `regression`, the error at 16 additional samples for `tensor`.")
     first_order: list[float | None] | None = Field(
         description="First-order Sobol index of each input, for the variance without output noise; null for dependent "
@@ -123,12 +126,13 @@ class ShiftingTimeDistribution(BaseModel):
         description="Total Sobol index of each input, for the variance without output noise; null for dependent "
                     "inputs.")
     quantiles: list[float | None] = Field(
-        description="Quantiles in s, including the output noise, in the order of the requested probabilities.")
-    density_time: list[float | None] | None = Field(description="Shifting times in s at which the density is given.")
+        description="Quantiles, including the output noise, in the order of the requested probabilities.")
+    density_time: list[float | None] | None = Field(description="Shifting times at which the density is given.")
     density: list[float | None] | None = Field(
-        description="Probability density per ms at `density_time`, including the output noise.")
+        description="Probability density at `density_time`, per ms or per thousandth of the unit of another output, "
+                    "including the output noise.")
     coefficients: list[float | None] | None = Field(
-        description="Coefficients of the expansion in s, in the order of `degrees`.")
+        description="Coefficients of the expansion, in the order of `degrees`.")
 
 
 class PropagateResponse(BaseModel):
@@ -154,6 +158,7 @@ _EXAMPLE = {"table": "nominal", "inputs": {"mean": [1.0, 1.0], "std": [0.05, 0.0
             "conditions": [0, 215], "density_points": 41, "coefficients": True}
 TERMS_PER_VALUE = 32
 """Number of polynomial terms whose evaluation costs as much as one intermediate value."""
+_OUTPUT_STD = 0.003  # default noise of shifting times in s
 _MOST_RUNS = 20_000  # maximum number of model runs to reach a tolerance
 _NO_EXPANSION = "The model has no shifting time at one or more nodes of the expansion: the engagement does not lock " \
                 "there, or the node lies outside the table and `outside` is `nan`"
@@ -177,6 +182,8 @@ def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], libr
     table = open_table(library, body.table, body.bench)
     inputs = body.inputs.inputs(table)
     selected, conditions = select_conditions(table, body.conditions)
+    if body.output_std is None:
+        body = body.model_copy(update={"output_std": 0.0 if isinstance(table.model, Machine) else _OUTPUT_STD})
     if form not in ("json", "csv"):
         body = drawing.drawable(body, len(conditions))
     adapted = _expand(body, inputs, client.watched(table_model(selected, body.outside)), selected, settings)
@@ -186,7 +193,7 @@ def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], libr
     require_size((per_condition + body.coefficients * len(basis.degrees)) * len(conditions), settings.answer_values,
                  "values in the response", "Select conditions, or request fewer quantiles, density points or terms")
     client.require()
-    output = Output(expansion, body.output_std, body.samples, body.seed)
+    output = Output(expansion, body.output_std or 0.0, body.samples, body.seed)
     normals = standard_normals(inputs.dimension, body.samples, body.seed)
     answer = json_response({
         "table": body.table, "table_digest": table.digest, "axes": AxisUnit.of(table),

@@ -12,7 +12,7 @@ from service.computations import computes
 from service.drawings import DrawingsDependency
 from service.error_responses import error_responses
 from service.job_store import JobStore
-from service.jobs import finished_job, input_of, output_of, version_of
+from service.jobs import finished_job, input_of, output_of, require_complete, version_of
 from service.pictures import (
     HTML_RESPONSE,
     PICTURE_RESPONSE,
@@ -54,6 +54,8 @@ def fit_report(id: FitId, store: FitStore, library: LibraryDependency, client: R
     """
     fit = finished_job(store, id, output=beside is not None)
     other = None if beside is None else finished_job(store, beside)
+    if other is not None:
+        require_complete(store, other)
     description = _recordings_description(library, fit)
     version = version_of(fit, *([other] if other else [])), description
     client.require_change(*version)

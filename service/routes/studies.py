@@ -25,6 +25,7 @@ from service.jobs import (
     job_filter,
     job_id_path,
     output_of,
+    require_complete,
     submit,
     version_of,
 )
@@ -62,7 +63,8 @@ def submit_study(body: Annotated[StudyRequest, Body(examples=[_EXAMPLE])], libra
     splits the model into blocks at its measured signals, and tests in each block, with measured signals as its input,
     which quantity depends on something that the model does not contain. Findings are named after effects of the
     catalogue, and confirmed by fits of the simulation of the whole test bench without and with them. Recordings need
-    the pressure, or the torque and a speed, and 24 or more engagements; others are rejected with 422.
+    the pressure, or the torque and a speed, and 24 or more engagements; others are rejected with 422. A study of
+    recordings that cannot be of the bench fails within seconds.
     """
     study = submit(store, key, _job_input(library, body), "long")
     response.headers["Location"] = f"{store.address}/{study.workflow_id}"
@@ -116,7 +118,9 @@ def study_model(id: StudyId, store: StudyStore, which: Annotated[Literal["before
     from the model, which the service then serves with the other tables. The report of the study can compare fits on the
     tables of both models.
     """
-    return ModelSpec(**output_of(finished_job(store, id))["result"][which]["model"])
+    study = finished_job(store, id)
+    require_complete(store, study)
+    return ModelSpec(**output_of(study)["result"][which]["model"])
 
 
 @router.post("/{id}/cancel", summary="Cancel a study", responses=error_responses(404, 503))
@@ -139,7 +143,7 @@ def _job_input(library: Library, body: StudyRequest) -> JobInput:
     scene_of(library.bench(bench), recordings, body.settings.naming)
     job_input: JobInput = orjson.loads(orjson.dumps({
         "recordings": body.recordings, "recordings_digest": recordings.digest, "settings": asdict(body.settings),
-        **bench_input(library, bench)}))
+        "time_budget": body.time_budget, **bench_input(library, bench)}))
     return job_input
 
 

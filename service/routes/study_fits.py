@@ -5,7 +5,7 @@ from typing import Annotated, Any
 from dbos import WorkflowStatus
 from fastapi import Depends, Query
 
-from service.jobs import finished_job, input_of, output_of
+from service.jobs import finished_job, input_of, output_of, require_complete
 from service.routes.fits import FitStore
 from service.routes.studies import StudyId, StudyStore
 from service.schemas import LibraryDependency
@@ -33,11 +33,13 @@ def study_fits(id: StudyId, studies: StudyStore, fits: FitStore, library: Librar
     if before is None or after is None:
         raise InvalidValue("Only one of `before` and `after` is given", "Give both, or neither")
     study = finished_job(studies, id)
+    require_complete(studies, study)
     if output_of(study)["result"]["gap"] is None:
         raise InvalidValue(f"The study '{id}' added nothing to the model, so it has only one",
                            "Omit `before` and `after`")
     jobs = {"before": finished_job(fits, before), "after": finished_job(fits, after)}
     for which, fit in jobs.items():
+        require_complete(fits, fit)
         _require_model(study, which, fit, library)
     for name in _EQUAL_INPUTS:
         if input_of(jobs["before"])[name] != input_of(jobs["after"])[name]:

@@ -34,7 +34,7 @@ class UndefinedOutput(SlipstickError):
 class TableConfig(StrictModel):
     """Options of a table."""
 
-    outside: OutsidePolicy = "clip"
+    outside: OutsidePolicy = "error"
     conditions: ConditionList = None
 
 

@@ -37,8 +37,9 @@ class Configured(Named):
 
     config: dict[str, Any] = Field(
         default_factory=dict,
-        description="Options. `outside` is the policy outside the table (`clip`, `error`, `nan`). A table takes "
-                    "`conditions`, a list of indices; a table with recordings takes `logarithm`, `log10` or `ln`.")
+        description="Options. `outside` is the policy outside the table (`clip`, `error`, `nan`), `error` by default "
+                    "for a table, `clip` for a table with recordings. A table takes `conditions`, a list of indices; a "
+                    "table with recordings takes `logarithm`, `log10` or `ln`.")
 
 
 class EvaluateBody(Configured):

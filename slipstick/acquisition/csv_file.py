@@ -11,12 +11,12 @@ from typing import BinaryIO
 
 import numpy as np
 
-from slipstick.acquisition.cells import number, timestamp
 from slipstick.acquisition.channel import LARGEST, Channel, Listed
 from slipstick.acquisition.csv_layout import SEPARATORS, CsvOptions, Layout, infer_layout, split
 from slipstick.acquisition.names import Names
 from slipstick.acquisition.units import split_unit
 from slipstick.errors import BadRecording
+from slipstick.storage.cells import number, timestamp
 
 _ENCODINGS = {"utf-8-sig": "UTF-8", "cp1252": "Windows-1252", "utf-16": "UTF-16", "utf-16-le": "UTF-16",
               "utf-16-be": "UTF-16"}

@@ -10,10 +10,10 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from slipstick.acquisition.cells import number, timestamp
 from slipstick.acquisition.units import spelled
 from slipstick.errors import BadRecording
 from slipstick.quantities import is_unit
+from slipstick.storage.cells import number, timestamp
 
 _LOOK = 1000
 """Rows from which the layout is inferred."""

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.acquisition.cells import number
 from slipstick.acquisition.channel import Source
 from slipstick.acquisition.mapping import (
     ChannelMap,
@@ -22,6 +21,7 @@ from slipstick.acquisition.names import Names
 from slipstick.acquisition.tracks import Track, track
 from slipstick.acquisition.units import factor_to, split_unit
 from slipstick.errors import BadRecording
+from slipstick.storage.cells import number
 
 _STARTS = 1000
 """Most shift commands that are tried where the current follows no profile."""

@@ -68,7 +68,7 @@ class Section:
         try:
             return in_unit(value, unit)
         except NotAQuantity as error:
-            raise self.error(key, str(error), _example(unit)) from None
+            raise self.error(key, str(error), error.remedy or _example(unit)) from None
 
     def numbers(self, key: str, unit: str) -> np.ndarray:
         """Numbers (k,) in `unit`: a list where the unit is 1, else { values = [...], unit = "..." }."""
@@ -86,7 +86,8 @@ class Section:
         try:
             return convert(np.array([float(str(x)) for x in value]), written, unit)
         except NotAQuantity as error:
-            raise self.error(key, str(error), f'Give the unit beside the values: unit = "{unit}"') from None
+            raise self.error(key, str(error), error.remedy or f'Write {key} = {{ values = [...], unit = "{unit}" }}, '
+                             "with the unit that the values have") from None
 
     def _value(self, key: str, default: Any = None) -> Any:
         if key in self.values:
@@ -150,4 +151,4 @@ def _lines(text: str) -> Iterator[tuple[str, int]]:
 
 def _example(unit: str) -> str:
     return ("Give a plain number" if unit == "1" else
-            f'Write the number with its unit in quotation marks, such as "1 {unit}"')
+            f'Write a number with a decimal point, a space and its unit, in quotation marks, such as "1.5 {unit}"')

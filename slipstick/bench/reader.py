@@ -1,5 +1,6 @@
 """A bench file (TOML) as a `Bench`: every value checked, every error with its key and line."""
 
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +23,17 @@ _LARGEST = 4 << 20  # bytes of a bench file
 def read_file(path: Path) -> Bench:
     """Read the bench file at `path`; CSV files that it names are looked up beside it."""
     if not path.is_file():
-        raise UnknownName.of("bench file", path.name, [found.name for found in path.parent.glob("*.toml")])
+        raise UnknownName.of("bench file", path.name,
+                             [other.name for other in path.parent.glob("*.toml") if _is_bench(other)])
     return read(path.read_bytes(), path.name, path.parent)
+
+
+def _is_bench(path: Path) -> bool:
+    """Whether a TOML file has the sections of a bench, as that of another machine or a mapping has not."""
+    try:
+        return {"parameters", "sensors"} <= tomllib.loads(path.read_text()).keys()
+    except (OSError, ValueError, RecursionError):
+        return False
 
 
 def read(content: bytes, name: str, folder: Path | None = None) -> Bench:

@@ -1,5 +1,8 @@
 """Nominal parameters from recordings (section II.C of Tod et al.), by a nonlinear mixed-effects fit."""
 
+import time
+from dataclasses import replace
+
 import numpy as np
 
 from slipstick.bench import Bench, parameters
@@ -12,8 +15,10 @@ from slipstick.calibration.result import Calibration
 from slipstick.calibration.start import start as start_values
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
+from slipstick.plausibility.mismatch import require_match
 from slipstick.recordings import Recordings, Signals
 from slipstick.recordings.fitness import require_one_clock
+from slipstick.time_budget import Partial
 
 LEVEL = 0.9
 """Probability of the intervals."""
@@ -27,14 +32,16 @@ _AT_BOUND = 1e-3
 
 
 def calibrate(recordings: Recordings, bench: Bench, start: Model | None = None,
-              report: Report = lambda *_: None) -> Calibration:
+              report: Report = lambda *_: None, budget: float = np.inf) -> Calibration:
     """Fit the uncertain parameters of the `bench` to `recordings`, which must have at least one signal.
 
     The search starts from the model `start`, by default from the nominal parameters, whose effects and laws are not
     changed. The noise of the shifting time is that of the bench; the noise of the signals is estimated from the
-    recordings. A signal that was not measured counts nothing. `report` is called after every iteration. Raises
-    `InvalidValue`.
+    recordings. A signal that was not measured counts nothing. `report` is called after every iteration. The first one
+    that ends after the time `budget` in s is the last one. Raises `InvalidValue`, also for recordings that cannot be of
+    the bench.
     """
+    end = time.monotonic() + budget
     model = start or Model(bench.physics)
     bench.require(model.physics)
     signals, lock_up_noise = _checked(recordings, bench)
@@ -42,10 +49,12 @@ def calibrate(recordings: Recordings, bench: Bench, start: Model | None = None,
                                 model.coefficients(), model.laws)
     shown = [sensor_noise(name, signals[name]) for name in signals.names]
     sensors = Noise(*np.array([*shown, (lock_up_noise, 0.0)]).T)
+    require_match(recordings, bench, model)
     scatter = [bench.prior(name).scatter for name in bench.uncertain]
     found = fit(observations, start_values(observations), sensors,
-                np.array([one or _SCATTER for one in scatter]), report)
-    return _concluded(observations, model, found, lock_up_noise)
+                np.array([one or _SCATTER for one in scatter]), report, end)
+    partial = Partial(budget, [f"iterations: {found.iterations}"], ["convergence"]) if found.is_partial else None
+    return replace(_concluded(observations, model, found, lock_up_noise), partial=partial)
 
 
 def _checked(recordings: Recordings, bench: Bench) -> tuple[Signals, float]:

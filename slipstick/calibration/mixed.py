@@ -4,6 +4,7 @@ The algorithm of Lindstrom and Bates (Biometrics 46, 673, 1990) alternates: the 
 own parameters, and the linear mixed model gives new means, variances and parameters of each engagement.
 """
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -41,18 +42,25 @@ _LEAST = 1e-4**2
 
 @dataclass(frozen=True, eq=False)
 class MixedFit:
-    """The `effects` found with the `noise`, the linearisation `about` them, and whether the means had `converged`."""
+    """The `effects` found with the `noise`, the linearisation `about` them, and whether the means had `converged`.
+
+    If it `is_partial`, the time ended before.
+    """
 
     effects: RandomEffects
     noise: Noise
     about: Linearised
     iterations: int
     converged: bool
+    is_partial: bool
 
 
 def fit(observations: Observations, points: np.ndarray, sensors: Noise, scatter: np.ndarray,
-        report: Report = lambda *_: None) -> MixedFit:
-    """Fit from `points` (n, d) and the standard deviations `scatter` (d,) on; `sensors` is the noise to start with."""
+        report: Report = lambda *_: None, end: float = np.inf) -> MixedFit:
+    """Fit from `points` (n, d) and the standard deviations `scatter` (d,) on; `sensors` is the noise to start with.
+
+    The first iteration after the time `end`, in s of the monotonic clock, is the last one.
+    """
     variance = scatter**2
     points, about = searched(observations, points, variance, sensors)
     mean, change, iteration = np.median(points, axis=0), np.inf, 0
@@ -72,8 +80,9 @@ def fit(observations: Observations, points: np.ndarray, sensors: Noise, scatter:
         change = float(np.max(np.abs(effects.mean - mean) / effects.standard_error))
         report(observations.free, iteration, change)
         has_ended = not is_held and change < CONVERGED
-        if has_ended or iteration == _MOST:
-            return MixedFit(effects, estimated, about, iteration, has_ended)
+        is_late = time.monotonic() > end
+        if has_ended or iteration == _MOST or is_late:
+            return MixedFit(effects, estimated, about, iteration, has_ended, is_late and not has_ended)
         is_held = is_held and iteration < _HELD and change > 1
         points = _moved(observations, points, mean, effects, estimated)
         mean = effects.mean

@@ -1,12 +1,13 @@
 """The result of a calibration."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
 from slipstick.bench import parameters
 from slipstick.clutch.model import Model
+from slipstick.time_budget import Partial
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +28,7 @@ class Calibration:
     bounds of the bench file: the recordings determine some of their combinations at most, and their values are those
     near the start that fit. `bench` is the name of the
     bench, `bench_digest` and `sensing_digest` are its digests. `evaluations` counts
-    the iterations of the mixed-effects fit.
+    the iterations of the mixed-effects fit; it is `partial` if the time budget ended before they converged.
     """
 
     model: Model
@@ -51,6 +52,7 @@ class Calibration:
     bench: str
     bench_digest: str
     sensing_digest: str
+    partial: Partial | None = None
 
     def spec(self) -> dict[str, Any]:
         """Return the calibration as JSON; `Model.from_spec` reads the entry "model"."""
@@ -68,4 +70,4 @@ class Calibration:
                 "noise_correlation": self.noise_correlation, "at_bound": list(self.at_bound),
                 "signals": list(self.signals), "undetermined": list(self.undetermined),
                 "converged": self.converged, "rms_before_s": self.rms_before, "rms_after_s": self.rms_after,
-                "evaluations": self.evaluations}
+                "evaluations": self.evaluations, "partial": None if self.partial is None else asdict(self.partial)}

@@ -1,11 +1,16 @@
 """A model of an UM-Bridge 1.0 server as simulator."""
 
+import html
+import http.client
 import json
+import re
 import time
 import urllib.error
 import urllib.request
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
+from http import HTTPStatus
 from typing import Any
 
 import numpy as np
@@ -16,6 +21,8 @@ from slipstick.machine.function import NoResult
 
 _PAUSES = (0.5, 2.0, 5.0)  # s before each further attempt to reach the server
 _LARGEST = 64 << 20  # bytes of an answer
+_EXCERPT = 100  # characters of the beginning and of the end of what an answer says
+_NO_NUMBER = re.compile(r"(?i)(?<=[\[,:\s])[-+]?(nan|inf(inity)?)(?=[\],}\s])")
 
 
 @dataclass(frozen=True)
@@ -57,39 +64,85 @@ class Bridge:
         body = {"name": self.model, "config": dict(self.config),
                 "input": [[values[name] for name in vector] for vector in self.arguments]}
         try:
-            answer = self._request("Evaluate", body)
-            if "error" in answer:
-                return [NoResult(f"{answer['error']['type']}: {answer['error']['message']}")] * count
-            numbers = [np.nan if value is None else float(value) for vector in answer["output"] for value in vector]
+            numbers = self._request("Evaluate", body).numbers()
         except TimeoutError:
             return [NoResult(f"no answer within {self.timeout:g} s")] * count
-        except (ValueError, TypeError, KeyError) as error:
-            return [NoResult(f"the answer is no output of UM-Bridge ({type(error).__name__}: {error})")] * count
+        except NoResult as failure:
+            return [failure] * count
         if len(numbers) != count:
-            raise InvalidValue(f"The model '{self.model}' returned {len(numbers)} numbers where {count} are needed",
-                               "Name the columns of the conditions in `arguments` for a model of one output, or omit "
-                               "them for a model with an output for every condition")
+            return [NoResult(f"the model '{self.model}' returned {len(numbers)} numbers where {count} are needed: name "
+                             "the columns of the conditions in `arguments` for a model of one output, or omit them for "
+                             "a model with an output for every condition")] * count
         return [*numbers]
 
-    def _request(self, operation: str, body: Mapping[str, Any]) -> dict[str, Any]:
+    def _request(self, operation: str, body: Mapping[str, Any]) -> "_Answer":
         request = urllib.request.Request(f"{self.url}/{operation}", json.dumps(body).encode(),
                                          {"Content-Type": "application/json"})
         for pause in (*_PAUSES, None):
             try:
-                with urllib.request.urlopen(request, timeout=self.timeout) as response:
-                    content: dict[str, Any] = json.loads(response.read(_LARGEST))
-                    return content
-            except urllib.error.HTTPError as error:
-                if error.code != 503:  # busy: try again
-                    return dict(json.loads(error.read(_LARGEST)))
-                reason = str(error)
+                answer = _send(request, self.timeout)
+                if answer.status != HTTPStatus.SERVICE_UNAVAILABLE:
+                    return answer
+                reason = answer.described
             except TimeoutError:
                 raise
-            except (urllib.error.URLError, OSError) as error:
+            except (OSError, http.client.HTTPException) as error:
                 if isinstance(getattr(error, "reason", None), TimeoutError):
                     raise TimeoutError from error
-                reason = str(getattr(error, "reason", error))
+                reason = str(getattr(error, "reason", error)) or type(error).__name__
             if pause is not None:
                 time.sleep(pause)
         raise InvalidValue(f"The UM-Bridge server {self.url} cannot be reached: {reason}",
                            "Start the server, check `url`, and run the same command again: it resumes")
+
+
+@dataclass(frozen=True)
+class _Answer:
+    """An answer of a server, whatever it says: status, its phrase, and body."""
+
+    status: int
+    phrase: str
+    body: str
+
+    def numbers(self) -> list[float]:
+        """The numbers of all output vectors, NaN for a missing one; raises `NoResult`."""
+        content = self._content()
+        if isinstance(content, dict) and isinstance(content.get("error"), dict):
+            error = content["error"]
+            raise NoResult(f"status {self.status}: {error.get('type', 'error')}: {_excerpt(str(error.get('message')))}")
+        if self.status != HTTPStatus.OK:
+            raise NoResult(self.described)
+        try:
+            return [np.nan if value is None else float(value) for vector in content["output"] for value in vector]
+        except (ValueError, TypeError, KeyError):
+            raise NoResult(f"no output of UM-Bridge, such as {{\"output\": [[1.5]]}}, but {self.described}") from None
+
+    @property
+    def described(self) -> str:
+        """The status and what the body says, in one line."""
+        visible = html.unescape(re.sub(r"(?is)<(script|style|head)\b.*?</\1>|<[^>]*>", " ", self.body))
+        text = _excerpt(visible.strip().removeprefix(str(self.status)).lstrip(" :"))
+        return f"status {self.status}: {text or f'{self.phrase} (empty body)'}"
+
+    def _content(self) -> Any:
+        """The body as JSON, None if it is not."""
+        # Servers in Python write NaN, some of them as the language prints it: nan, inf.
+        for text in (self.body, _NO_NUMBER.sub("NaN", self.body)):
+            with suppress(ValueError):
+                return json.loads(text)
+        return None
+
+
+def _send(request: urllib.request.Request, timeout: float) -> _Answer:
+    try:
+        response = urllib.request.urlopen(request, timeout=timeout)
+    except urllib.error.HTTPError as error:  # an answer too
+        response = error
+    with response:
+        return _Answer(response.status, response.reason or "", response.read(_LARGEST).decode(errors="replace"))
+
+
+def _excerpt(text: str) -> str:
+    """The text in one line; of a long one the beginning and the end, where a traceback has its cause."""
+    line = " ".join(text.split())
+    return line if len(line) <= 2 * _EXCERPT else f"{line[:_EXCERPT]} ... {line[-_EXCERPT:]}"

@@ -73,13 +73,16 @@ def _input(section: Section, name: str) -> tuple[Input, int]:
     section.keys(("nominal", "range", "points"))
     nominal = section.values.get("nominal")
     unit = nominal.strip().partition(" ")[2].strip() if isinstance(nominal, str) else "1"
+    if not unit:  # here the unit is what the file says, so that its absence would make another one of it
+        raise section.error("nominal", f"'{str(nominal)[:60]}' has no unit", "Write a number, a space and its unit, "
+                            'such as "1.5 ohm", or a plain number without quotation marks')
     limits = section.numbers("range", "1")
     points = section.values.get("points", _GRID)
     if len(limits) != 2:
         raise section.error("range", f"there are {len(limits)} numbers", "Give the lowest and the highest multiple")
     if isinstance(points, bool) or not isinstance(points, int) or points < 2:
         raise section.error("points", f"{points!r} is not a number of grid points", "Give a whole number from 2")
-    return Input(name, unit or "1", section.quantity("nominal", unit or "1"), *map(float, limits)), points
+    return Input(name, unit, section.quantity("nominal", unit), *map(float, limits)), points
 
 
 def _cases(section: Section) -> Cases:
@@ -102,7 +105,8 @@ def _simulator(section: Section, folder: Path, inputs: list[str], columns: list[
     try:
         timeout = in_unit(section.values.get("timeout", f"{_TIMEOUT:g} s"), "s")
     except NotAQuantity as error:
-        raise section.error("timeout", str(error), 'Write the time of one call, such as "60 s"') from None
+        raise section.error("timeout", str(error),
+                            error.remedy or 'Write the time of one call, such as "60 s"') from None
     if timeout <= 0:
         raise section.error("timeout", "the time is not positive", 'Write the time of one call, such as "60 s"')
     if ("callable" in section.values) == ("url" in section.values):

@@ -8,9 +8,11 @@ from collections.abc import Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 
 import numpy as np
 
+from slipstick import interruption
 from slipstick.errors import InvalidValue
 from slipstick.machine.cases import Cases
 from slipstick.machine.function import Function, NoResult
@@ -104,12 +106,26 @@ def start_executor(file: MachineFile, count: int) -> Executor:
     """`count` processes for a Python callable, threads for a server."""
     if not isinstance(file.simulator, Function):
         return ThreadPoolExecutor(count)
-    # Signals, which end a call that takes too long, reach the main thread of a process only.
-    return ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), end_with_parent, (os.getpid(),))
+    return start_processes(count)
 
 
-def end_with_parent(parent: int) -> None:
-    """End this process when its parent has ended, which a killed one does not tell."""
+def start_processes(count: int) -> ProcessPoolExecutor:
+    """`count` processes that run functions in their main thread and end with this process.
+
+    Signals, which end a call that takes too long, reach the main thread of a process only.
+    """
+    executor = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), _end_with_parent, (os.getpid(),))
+    resource_tracker.ensure_running()  # when it starts, it unblocks the signal
+    with interruption.unheard():
+        for _ in range(count):
+            executor.submit(os.getpid)  # starts a process
+    return executor
+
+
+def _end_with_parent(parent: int) -> None:
+    """End this process when its parent has ended, which a killed one does not tell; Ctrl-C is for the parent."""
+    interruption.leave_to_parent()
+
     def watch() -> None:
         while os.getppid() == parent:
             time.sleep(1.0)

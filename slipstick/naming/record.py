@@ -24,7 +24,8 @@ def to_json(found: Naming) -> dict[str, Any]:
         "measured": [law.to_dict() for law in found.measured.values()],
         "parameters": {name: values.tolist() for name, values in found.parameters.items()},
         "clocks": found.clocks, "converter": found.converter.spec(),
-        "noise": {name: list(its) for name, its in found.noise.items()}, "seconds": found.seconds}
+        "noise": {name: list(its) for name, its in found.noise.items()}, "seconds": found.seconds,
+        "is_complete": found.is_complete}
 
 
 def from_json(values: dict[str, Any]) -> Naming:
@@ -42,7 +43,8 @@ def from_json(values: dict[str, Any]) -> Naming:
                   {law.pair: law for law in laws},
                   {name: np.array(column) for name, column in values["parameters"].items()}, values["clocks"],
                   Converter.from_spec(values["converter"]),
-                  {name: (std, rho) for name, (std, rho) in values["noise"].items()}, values["seconds"])
+                  {name: (std, rho) for name, (std, rho) in values["noise"].items()}, values["seconds"],
+                  values.get("is_complete", True))
 
 
 def _values(rival: Rival) -> list[Any]:

@@ -4,7 +4,7 @@ The valve comes first, then the closing piston for when the plates meet, load an
 A block can be asked if the signals that it needs were measured.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple, TypeVar
@@ -104,10 +104,11 @@ class Start:
         return [one.chi2 for one in (*self.fits.values(), *([self.closing.onset] if self.closing else []))]
 
 
-def begin(scene: Scene, ask: Ask, known: Onset | None = None) -> Start:
+def begin(scene: Scene, ask: Ask, known: Onset | None = None, keep: Callable[[Start], None] = lambda _: None) -> Start:
     """Fit the blocks one after the other, each with what the ones before explain of its inputs.
 
-    What an earlier start found is `known` of the onset: it is another place from which the piston is fitted.
+    What an earlier start found is `known` of the onset: it is another place from which the piston is fitted. `keep` is
+    called when the valve is complete, with a start that has nothing else.
     """
     can, valve, findings, closing_piston = open_blocks(tuple(scene.smooth)), None, list[Finding](), None
     scene = scene if known is None else replace(scene, of_plates=known.of_plates)
@@ -120,6 +121,7 @@ def begin(scene: Scene, ask: Ask, known: Onset | None = None) -> Start:
             valve_block.scene = replace(scene, of_plates=_plates(scene))  # on which it may depend
         fits, findings = forward({"valve": bare}, scene.settings, ask, "valve")
         valve = bare, fits["valve"]
+        keep(Start(valve, findings, None, {}, scene.noise))
         late = partial(valve_block.pressure, valve[1].points, valve[1].held)
         pressure = late()
         modes = valve_block.modes(valve[1].points, valve[1].held, valve[1].fitted.spread)

@@ -4,7 +4,7 @@ Laws are added to valve, load, input, lock and full contact, then to the closing
 """
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -47,7 +47,8 @@ class Naming:
     `parameters` (n,) of the engagements that are not set aside are relative to nominal, `clocks` are the delays of the
     signals' clocks in s, and `converter` is that of the bench with the errors of its curve. `noise` has standard
     deviation and autocorrelation of the noise of each signal. `seconds` is the time that it took. Where no block has
-    the signals at both of its ends, there is nothing but the noise and the converter.
+    the signals at both of its ends, there is nothing but the noise and the converter. Unless it `is_complete`, more was
+    about to be asked, by which all of it may change.
     """
 
     findings: tuple[Finding, ...]
@@ -61,6 +62,7 @@ class Naming:
     converter: Converter
     noise: dict[str, Noise]
     seconds: float
+    is_complete: bool = True
 
     @property
     def lacking(self) -> tuple[str, ...]:
@@ -70,8 +72,12 @@ class Naming:
 
 @in_one_blas_thread
 def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None = None,
-         ask: Ask = lambda _: None) -> Naming:
-    """Find what `recordings` of a `bench` ask for; raises `InvalidValue` as `scene_of` does."""
+         ask: Ask = lambda _: None, keep: Callable[[Naming], None] | None = None) -> Naming:
+    """Find what `recordings` of a `bench` ask for; raises `InvalidValue` as `scene_of` does.
+
+    `keep` is called when the valve, and when all blocks but the closing piston have been examined, with what they ask
+    for so far.
+    """
     began, settings = time.perf_counter(), settings or NamingSettings()
     ask(Asked("engagements"))
     whole = scene_of(bench, recordings, settings)
@@ -80,8 +86,25 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     plain = bare(whole)
     believed = np.flatnonzero(~foreign(whole, plain))
     kept = believed[~implausible(whole.take(believed), plain if len(believed) == len(whole) else ())]
-    start = begin(whole.take(kept), ask)
+
+    def naming(now: _Linear, everything: Mapping[str, BlockFit], named: Sequence[Finding]) -> Naming:
+        start = now.start
+        return Naming((*start.findings, *named), tuple(np.setdiff1d(np.arange(len(whole)), now.kept).tolist()),
+                      _unexplained(start, everything, settings), _outlying(now.kept, everything, settings),
+                      {key: float(one.chi2.mean()) for key, one in everything.items()},
+                      measured(everything), parameters_of(everything), clocks_of(everything),
+                      converter_of(everything, bench.physics.curves), start.noise, time.perf_counter() - began)
+
+    def keep_part(now: _Linear) -> None:
+        if keep is not None:
+            keep(replace(naming(now, now.everything, now.findings), is_complete=False))
+
+    def keep_valve(start: Start) -> None:
+        keep_part(_Linear(kept, start, {}, []))
+
+    start = begin(whole.take(kept), ask, keep=keep_valve)
     now = _Linear(kept, start, *_with_laws(start, settings, ask))
+    keep_part(now)
     # What laws explain is no error of a recording, and was no noise.
     most = int(settings.most_outlying * len(believed)) - (len(believed) - len(kept))
     bad = outlying([one.chi2 for one in now.fits.values()] + start.chi_squares[len(now.fits):], settings)[:most]
@@ -93,12 +116,7 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     if 0 < len(odd) <= most - len(bad):
         now = now.again(whole, odd, now.start.noise, settings, ask)
         everything, named = _with_piston(now, settings, ask)
-    start = now.start
-    return Naming((*start.findings, *named), tuple(np.setdiff1d(np.arange(len(whole)), now.kept).tolist()),
-                  _unexplained(start, everything, settings), _outlying(now.kept, everything, settings),
-                  {key: float(one.chi2.mean()) for key, one in everything.items()},
-                  measured(everything), parameters_of(everything), clocks_of(everything),
-                  converter_of(everything, bench.physics.curves), start.noise, time.perf_counter() - began)
+    return naming(now, everything, named)
 
 
 class _Linear(NamedTuple):
@@ -109,6 +127,11 @@ class _Linear(NamedTuple):
     start: Start
     fits: dict[str, BlockFit]
     findings: list[Finding]
+
+    @property
+    def everything(self) -> dict[str, BlockFit]:
+        """The fits of all these blocks, with their laws."""
+        return dict(self.fits) if self.start.valve is None else {"valve": self.start.valve[1], **self.fits}
 
     def again(self, whole: Scene, bad: np.ndarray, noise: Mapping[str, Noise], settings: NamingSettings,
               ask: Ask) -> "_Linear":
@@ -128,7 +151,7 @@ def _with_laws(start: Start, settings: NamingSettings, ask: Ask) -> tuple[dict[s
 
 def _with_piston(now: _Linear, settings: NamingSettings, ask: Ask) -> tuple[dict[str, BlockFit], list[Finding]]:
     """All blocks with their laws, and the findings behind the valve, where the piston is asked as well."""
-    everything = dict(now.fits) if now.start.valve is None else {"valve": now.start.valve[1], **now.fits}
+    everything = now.everything
     if now.start.closing is None:
         return everything, now.findings
     clutch, findings = closed(now.start, now.fits, now.findings, settings, ask)

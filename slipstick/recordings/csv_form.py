@@ -61,7 +61,8 @@ def _shifting_times(sheet: Sheet, conditions: Conditions) -> np.ndarray:
     if len(too_late):
         row = int(too_late[0])
         raise sheet.refusal("shifting_time", row, f"exceeds the {end[row]:g} s of the current profile",
-                            "Enter seconds from the shift command, and leave out engagements that never locked")
+                            "Enter the time from the shift command in the unit of the column, and leave out engage"
+                            "ments that never locked")
     return column
 
 

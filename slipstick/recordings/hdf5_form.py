@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 
 from slipstick.bench.conditions import Conditions
-from slipstick.errors import BadRecording
+from slipstick.errors import BadRecording, quoted
 from slipstick.recordings.signals import LARGEST, SIGNAL_UNITS, FurtherChannel, Signals
 from slipstick.storage.condition_layout import read_conditions, write_conditions
 from slipstick.storage.hdf5 import SIGNATURE, reading, text
@@ -16,11 +16,15 @@ Fields = tuple[Conditions, np.ndarray, Signals | None, np.ndarray | None, str, M
 """The fields of `Recordings`, in order."""
 
 
-def read(content: bytes) -> Fields:
-    """Read the bytes of an untrusted file; raises `BadRecording`."""
+def read(content: bytes, name: str = "The file") -> Fields:
+    """Read the bytes of an untrusted file, which errors call by its `name`; raises `BadRecording`."""
     if not content.startswith(SIGNATURE):
-        raise BadRecording("The file is not an HDF5 file", "Provide an HDF5 file; a CSV file must be named .csv")
+        raise BadRecording(f"{name} is not an HDF5 file", "Provide an HDF5 file; a CSV file must be named .csv")
     with reading(content, BadRecording, largest=8 * LARGEST // len(SIGNAL_UNITS)) as source:
+        if "layout" in source.file.attrs:
+            raise BadRecording(f"{name} is a table, not recordings: it has the attribute 'layout'",
+                               "Give recordings, and the table where one is expected, such as to `worker verify` or "
+                               "POST /v1/tables")
         conditions = read_conditions(source)
         n = len(conditions)
         measured_time = source.array("shifting_time", "f", (n,), "s").astype(np.float64)
@@ -28,7 +32,7 @@ def read(content: bytes) -> Fields:
         if source.has("signals"):
             unknown = set(source.group("signals")) - {"time", *SIGNAL_UNITS}
             if unknown:
-                raise BadRecording(f"There is no signal '{min(unknown)}'",
+                raise BadRecording(f"There is no signal {quoted(min(unknown))}",
                                    f"Signals are {', '.join(SIGNAL_UNITS)}; store other channels in further")
             time = source.array("signals/time", "f", (None,), "s").astype(np.float64)
             signals = Signals(time, **{

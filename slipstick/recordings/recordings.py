@@ -84,7 +84,8 @@ class Recordings:
             raise BadRecording(f"'{path.name}' is neither an .h5 nor a .csv file",
                                "Give the file the extension of its format")
         form: Form = "h5" if path.suffix == ".h5" else "csv"
-        return cls._read(_bytes(path), form, None if signals is None else _bytes(Path(signals)), profiles)
+        return cls._read(_bytes(path), form, None if signals is None else _bytes(Path(signals)), profiles,
+                         f"'{path.name}'")
 
     @classmethod
     def read(cls, content: bytes, form: Form, signals: bytes | None = None,
@@ -98,13 +99,14 @@ class Recordings:
         return cls._read(content, form, signals, profiles)
 
     @classmethod
-    def _read(cls, content: bytes, form: Form, signals: bytes | None, profiles: Profiles | None) -> "Recordings":
+    def _read(cls, content: bytes, form: Form, signals: bytes | None, profiles: Profiles | None,
+              name: str = "The file") -> "Recordings":
         if form == "csv":
             return cls(*csv_form.read(content, signals, _required(profiles)))
         if signals is not None:
             raise BadRecording("A separate signals file was given with an HDF5 file",
                                "Store the signals in the HDF5 file")
-        return cls(*hdf5_form.read(content))
+        return cls(*hdf5_form.read(content, name))
 
     def to_bytes(self) -> bytes:
         """The recordings as the bytes of an HDF5 file, which `read` reads."""

@@ -7,6 +7,7 @@ from typing import Any
 from slipstick.pictures import units
 from slipstick.pictures.output import SHIFTING_TIME, Output
 from slipstick.pictures.theme import in_words
+from slipstick.time_budget import Partial
 
 Result = Mapping[str, Any]
 
@@ -62,11 +63,13 @@ def identified(result: Result) -> list[tuple[str, str]]:
 
 
 def warnings(result: Result) -> list[tuple[str, str]]:
-    """Return (causes, remedy) of the remarks. Remarks with the same remedy are merged."""
+    """Return what a partial result lacks, and (causes, remedy) of the remarks, those with the same remedy merged."""
+    partial = result.get("partial")  # results of earlier versions do not have it
     causes: dict[str, list[str]] = {}
     for remark in result["remarks"]:
         causes.setdefault(remark["remedy"], []).append(f"{in_words(remark['cause'])}.")
-    return [(" ".join(sentences), f"{remedy}.") for remedy, sentences in causes.items()]
+    return [*([Partial(**partial).warning] if partial else []),
+            *((" ".join(sentences), f"{remedy}.") for remedy, sentences in causes.items())]
 
 
 def combinations(result: Result) -> list[tuple[str, str]]:

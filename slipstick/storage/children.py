@@ -23,6 +23,7 @@ from pathlib import Path
 from threading import Lock
 
 from slipstick.errors import SlipstickError
+from slipstick.interruption import unheard
 
 _ROOT = Path(__file__).parents[2]
 _IMPORTED = ("slipstick.table.upload", "slipstick.recordings.hdf5_form", "slipstick.acquisition.archive",
@@ -124,8 +125,10 @@ class _Forking:
         with theirs:
             command = f"from slipstick.storage.children import serve; serve({theirs.fileno()})"
             # Threads of a library would not survive the forks.
-            self._process = subprocess.Popen([sys.executable, "-c", command], pass_fds=[theirs.fileno()], cwd=_ROOT,
-                                             stdin=subprocess.DEVNULL, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
+            with unheard():  # Ctrl-C is for this process, with which the other one ends
+                self._process = subprocess.Popen(
+                    [sys.executable, "-c", command], pass_fds=[theirs.fileno()], cwd=_ROOT, stdin=subprocess.DEVNULL,
+                    env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
 
     def end(self) -> None:
         """End the process that forks, if there is one; forks finish what they compute."""
@@ -140,7 +143,6 @@ atexit.register(_FORKING.end)
 
 def serve(descriptor: int) -> None:
     """In the process that forks: answer connections that arrive over the socket `descriptor` until it is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that this one ends with
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for the forks
     for module in _IMPORTED:
         importlib.import_module(module)

@@ -108,9 +108,15 @@ class Library:
         if (known := self.table_in_memory(name)) is not None:
             return known
         if not self.has_table(name):
-            raise UnknownName.of("table", name, self.tables())
+            raise self._other_kind("table", name, self.tables(), "recordings", self.has_recordings(name))
         with readable(self.folder / f"{name}.h5", BadTable) as version:
             return open_table(version)
+
+    @staticmethod
+    def _other_kind(kind: str, name: str, known: list[str], other: str, is_other: bool) -> UnknownName:
+        """The error about a name that is none of a kind, which says so where it is one of the `other` kind."""
+        error = UnknownName.of(kind, name, known)
+        return UnknownName(f"{error.cause}: '{name}' is {other}", error.remedy) if is_other else error
 
     def recording(self, name: str) -> Recordings:
         """Open and check the recordings `name` of a clutch; raises `UnknownName` and what `Recordings.open` raises."""
@@ -123,7 +129,7 @@ class Library:
     def measured(self, name: str) -> Recordings | Measurements:
         """As `recording`, or the measurements `name` of another machine; raises the same errors."""
         if not self.has_recordings(name):
-            raise UnknownName.of("recordings file", name, self.recordings())
+            raise self._other_kind("recordings file", name, self.recordings(), "a table", self.has_table(name))
         with readable(self.folder / f"{name}.h5", BadRecording) as version:
             return open_recordings(version)
 
@@ -167,11 +173,8 @@ class Library:
                                     _FEWER_ENGAGEMENTS)
         checked = self.read_recordings(content, form, bench)
         self._require_engagements(len(checked))
-        found = marks(io.BytesIO(content)) if form == "h5" else set()
-        if "layout" in found:
-            raise BadRecording("The file has an attribute 'layout', which marks a table",
-                               "Upload it to /v1/tables, or remove this attribute")
-        if MARK in found:  # they are checked in another way, and must not be read as measurements
+        # They are checked in another way, and must not be read as measurements.
+        if form == "h5" and MARK in marks(io.BytesIO(content)):
             raise BadRecording(f"The file has an attribute '{MARK}', which marks measurements of another machine",
                                "Remove this attribute, or upload the measurements as CSV")
         self._store(name, content if form == "h5" else checked.to_bytes(), "h5")

@@ -14,6 +14,7 @@ import numpy as np
 
 from slipstick.errors import SlipstickError
 from slipstick.quantities import NotAQuantity, convert
+from slipstick.storage.cells import number
 
 _HEADING = re.compile(r"(?P<name>[^\[\]]*?)\s*(\[(?P<unit>[^\[\]]*)\])?")
 LARGEST = 20_000_000
@@ -24,10 +25,11 @@ LARGEST = 20_000_000
 class Sheet:
     """Columns of finite numbers (r,) by name, their headings with units, the line number of each row (r,).
 
-    `columns` are in the units of the caller, whatever units the headings state.
+    `columns` are in the `units` of the caller, whatever units the headings state.
     """
 
     columns: dict[str, np.ndarray]
+    units: dict[str, str]
     headings: dict[str, str]
     lines: np.ndarray
     remarks: str
@@ -45,10 +47,11 @@ class Sheet:
         except UnicodeDecodeError as fault:
             raise error(f"Byte {fault.start} of the {what} file is not valid UTF-8",
                         "Save the file in the encoding UTF-8") from fault
+        units = {**required, **optional}
         reader = csv.reader(io.StringIO(text, newline=""), strict=True)
         try:
             remarks, heading = _first_row(reader, error)
-            columns = _columns(heading, {**required, **optional}, tuple(required), error)
+            columns = _columns(heading, units, tuple(required), error)
             lines: list[int] = []
             rows: list[list[float]] = []
             for cells in reader:
@@ -64,12 +67,14 @@ class Sheet:
         if not rows:
             raise error(f"The {what} file has no rows of numbers", "Add them below the row of column names")
         table = np.array(rows)
-        return cls({name: table[:, column] * factor for column, (name, factor) in enumerate(columns)},
+        return cls({name: table[:, column] * factor for column, (name, factor) in enumerate(columns)}, units,
                    dict(zip((name for name, _ in columns), heading, strict=True)), np.array(lines), remarks, error)
 
     def refusal(self, name: str, row: int, says: str, remedy: str) -> SlipstickError:
         """The error about one cell, by the row (from 0) and the name of its column."""
-        return self.error(f"Row {self.lines[row]}, column '{self.headings[name]}': {self.columns[name][row]:g} {says}",
+        heading, unit = self.headings[name], self.units[name]
+        converted = "" if unit == "1" or f"[{unit}]" in heading else f" {unit}"  # the file has another number
+        return self.error(f"Row {self.lines[row]}, column '{heading}': {self.columns[name][row]:g}{converted} {says}",
                           remedy)
 
     def whole(self, name: str) -> np.ndarray:
@@ -112,19 +117,22 @@ def _columns(heading: list[str], units: dict[str, str], required: tuple[str, ...
             if len(heading) == 1 and ";" in column:
                 raise error("The columns are separated by semicolons",
                             "Separate them by commas, and write decimal points")
-            near = get_close_matches(column, known, n=1, cutoff=0.5)
-            hint = f"Did you mean '{near[0]}'? " if near else ""
-            raise error(f"The column '{column[:40]}' is unknown", f"{hint}Known: {', '.join(known)}")
+            near = get_close_matches(name, units, n=1, cutoff=0.5)
+            # The unit stays that of the numbers, which another name does not change.
+            hint = f"Did you mean '{near[0]}{column[len(name):]}'? " if near else ""
+            raise error(f"The column '{column[:40]}' is unknown",
+                        f"{hint}Known: {', '.join(known)}, each with these or other units of the same dimension")
         try:
             factor = float(convert(np.array(1.0), (parts and parts["unit"]) or "", units[name]))
         except NotAQuantity as fault:
-            raise error(f"The column '{column[:40]}': {fault}", f"Name it '{name} [{units[name]}]'") from None
+            raise error(f"The column '{column[:40]}': {fault}", fault.remedy or
+                        f"Write the unit of its numbers behind the name, such as '{name} [{units[name]}]'") from None
         found.append((name, factor))
     names = [name for name, _ in found]
     for label, name in known.items():
         if name in required and name not in names:
             raise error(f"The column '{label}' is missing",
-                        "Add it under this name, unit included, and separate columns by commas")
+                        "Add it under this name, with the unit of its numbers, and separate columns by commas")
     if len(set(names)) < len(names):
         double = next(name for name in names if names.count(name) > 1)
         raise error(f"The column '{double}' appears more than once", "Give each column once")
@@ -137,13 +145,10 @@ def _numbers(cells: list[str], heading: list[str], line: int, error: type[Slipst
                     "Give one cell per column, and use a decimal point, not a decimal comma")
     numbers = []
     for column, cell in zip(heading, cells, strict=True):
-        try:
-            number = float(cell)
-        except ValueError:
-            number = np.nan
-        if not np.isfinite(number):
+        value = number(cell)
+        if value is None or not np.isfinite(value):
             says = f"'{cell.strip()[:40]}' is not a finite number" if cell.strip() else "the cell is empty"
             raise error(f"Row {line}, column '{column}': {says}",
                         "Enter a number with a decimal point, or leave out the engagement")
-        numbers.append(number)
+        numbers.append(value)
     return numbers

@@ -2,6 +2,6 @@
 
 from slipstick.study.result import StudyResult
 from slipstick.study.settings import StudySettings
-from slipstick.study.study import conclude, examine
+from slipstick.study.study import conclude, examine, unconfirmed
 
-__all__ = ["StudyResult", "StudySettings", "conclude", "examine"]
+__all__ = ["StudyResult", "StudySettings", "conclude", "examine", "unconfirmed"]

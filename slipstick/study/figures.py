@@ -7,6 +7,7 @@ import numpy as np
 from slipstick.bench import Conditions
 from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.gap import Prediction
+from slipstick.recordings import Recordings
 from slipstick.recordings.processing import block_means
 
 _CONDITIONS = ("current_profile", "motor_speed", "load_inertia", "brake_torque", "run_order")
@@ -64,6 +65,11 @@ def figures(before: SimulationFit, after: SimulationFit | None, predictions: dic
     models = {"before": before} | ({} if after is None else {"after": after})
     return Figures(_columns(scene.recordings.conditions), _row(scene.recordings.measured_time), predicted,
                    _engagements(models), _columns(aside))
+
+
+def figures_without_fits(recordings: Recordings, aside: Conditions) -> Figures:
+    """What there is without the simulation: conditions and shifting times of the `recordings` that count."""
+    return Figures(_columns(recordings.conditions), _row(recordings.measured_time), {}, [], _columns(aside))
 
 
 def _columns(conditions: Conditions) -> dict[str, list[float] | None]:

@@ -96,13 +96,15 @@ class Confirmation:
 
     __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
-    simulated: Literal["formula", "measured law", "no"]
+    simulated: Literal["formula", "measured law", "no", "not computed"]
     """The term of the finding in the simulation: for a named effect its formula, or its measured law if that describes
-    the recordings better. `no`: the simulation has no such quantity or dependence."""
+    the recordings better. `no`: the simulation has no such quantity or dependence. `not computed`: the time budget
+    ended before the simulation was fitted."""
     coefficients: list[Coefficient]
     """Coefficients, fitted with those of all other findings; empty if the simulation does not support the finding."""
     agrees: bool | None
-    """Whether the simulation supports the finding in addition to the other ones; null if it has no term for it."""
+    """Whether the simulation supports the finding in addition to the other ones; null if it has no term for it, or was
+    not fitted."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +138,8 @@ class FindingResult:
     confirmation: Confirmation
     """Whether the simulation of the whole bench supports it."""
     worth: Worth | None
-    """By how much it changes shifting times and signals; null if the simulation has no term for it."""
+    """By how much it changes shifting times and signals; null if the simulation has no term for it, or was not fitted.
+    """
     confidence: float | None
     """Expected share of right findings among those with such a lead and such others beside them, on simulated benches.
     It is an average over these benches: yours may differ. Null in results of earlier versions without a name."""

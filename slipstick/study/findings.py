@@ -1,6 +1,6 @@
 """One finding as a result: its measured law, its coefficients in the simulation, its worth and its confidence."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -28,6 +28,7 @@ from slipstick.study.words import title
 
 _AT_BOUND = 1e-3
 """Distance from a bound, over the width of the bounds, below which a coefficient is at it."""
+_NO_VALUES = np.empty(0)
 
 
 @dataclass(frozen=True)
@@ -56,22 +57,28 @@ def finding_result(settings: StudySettings, one: Judged, law: LawPoints | None, 
 
     `formulas` is the fit with the formulas of all named effects, `after` that with measured laws for some of them.
     """
+    effect, term = one.said.effect, _term(one.said, law, after)
+    at, known = _places(after, term), after if effect in after.block.terms.effects else formulas
+    return replace(
+        unconfirmed_result(settings, one, law, known.values[_places(known, effect)]),
+        confirmation=_confirmation(settings, after, at, term, term == effect),
+        worth=worth(after, term) if at else None, experiments=experiments)
+
+
+def unconfirmed_result(settings: StudySettings, one: Judged, law: LawPoints | None,
+                       values: np.ndarray = _NO_VALUES) -> FindingResult:
+    """A finding as the blocks have it; `values` (p,) are the coefficients of its effect in the simulation, if known."""
     finding, said = one.finding, one.said
-    term = _term(said, law, after)
-    at = _places(after, term)
     sure, second = confidence(one.evidence), finding.next_best
     rivals = [_candidate(settings, rival) for rival in finding.rivals]
     # Effects with the same pair have the same gain.
     same = [name for name in names(finding.pair, settings.catalogue) if name in said.others]
     rivals = [*(Candidate(name, *finding.pair, finding.nats, 0.0) for name in same), *rivals]
-    known = after if said.effect in after.block.terms.effects else formulas
-    drawn = None if law is None else _law(settings, law, said.effect, known.values[_places(known, said.effect)])
+    drawn = None if law is None else _law(settings, law, said.effect, values)
     return FindingResult(
         said.kind, said.effect or None, title(finding.pair, said.effect or None), *finding.pair, list(finding.blocks),
-        finding.nats, finding.errors, rivals, drawn,
-        _confirmation(settings, after, at, term, term == said.effect),
-        worth(after, term) if at else None, sure, counted(sure), experiments, finding.lead,
-        None if second is None else _candidate(settings, second))
+        finding.nats, finding.errors, rivals, drawn, Confirmation("not computed", [], None), None, sure, counted(sure),
+        [], finding.lead, None if second is None else _candidate(settings, second))
 
 
 def remainder(one: Judged) -> Remainder:

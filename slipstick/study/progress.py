@@ -33,6 +33,8 @@ class StudyProgress:
     duration, by how much is not known before, and so neither is the time left."""
     doing: str
     """What it is doing, in words: the blocks that it tests, and the law that it tries in them."""
+    budget_left: float | None = None
+    """What is left of the time budget in s when it said so; null without a budget. What it has then is its result."""
 
 
 Log = Callable[[StudyProgress], None]

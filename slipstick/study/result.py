@@ -18,6 +18,7 @@ from slipstick.study.finding import (
     Law,
     Remainder,
 )
+from slipstick.time_budget import Partial
 
 __all__ = ["WITHIN", "BlockResult", "Candidate", "ClosedBlock", "Closure", "Coefficient", "Confirmation", "Control",
            "CountedFindings", "Explanation", "FindingResult", "FurtherExperiment", "Gap", "Law", "MeasuredCondition",
@@ -138,9 +139,10 @@ class StudyResult:
 
     __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
 
-    kind: Literal["none", "effect", "tie", "several", "unlisted"]
+    kind: Literal["none", "effect", "tie", "several", "unlisted", "open"]
     """`none`: the recordings show no missing effect. `effect`: one effect is missing. `tie`: one of several.
-    `several`: there is more than one finding. `unlisted`: something is missing that the catalogue does not have."""
+    `several`: there is more than one finding. `unlisted`: something is missing that the catalogue does not have.
+    `open`: the time budget ended before anything was found."""
     sentence: str
     """The answer in words."""
     findings: list[FindingResult]
@@ -149,12 +151,13 @@ class StudyResult:
     """The result of each block."""
     set_aside: list[int]
     """Engagements, numbered from 0 as in the recordings, that are far worse than all others and are not used."""
-    before: SimulationResult
-    """The fit without the findings, in which parameters scatter no more than in the fit with them."""
-    after: SimulationResult
-    """The fit with those findings that the simulation supports."""
+    before: SimulationResult | None
+    """The fit without the findings, in which parameters scatter no more than in the fit with them; null in a partial
+    result."""
+    after: SimulationResult | None
+    """The fit with those findings that the simulation supports; null in a partial result."""
     gap: Gap | None
-    """The gap without and with the findings; null if the simulation supports none."""
+    """The gap without and with the findings; null if the simulation supports none, and in a partial result."""
     experiments: int
     """Number of engagements that were used; each is one observation of all tests."""
     noise: dict[str, float]
@@ -178,10 +181,17 @@ class StudyResult:
     times: list[TimesOver] = field(default_factory=list)
     """Changes of the shifting time over the conditions that the parameters do not explain; only of recordings of
     shifting times alone."""
+    partial: Partial | None = None
+    """What is complete and what is missing, if the time budget ended before the study; null if it is complete."""
 
     def to_dict(self) -> dict[str, Any]:
         """The result as JSON."""
         return asdict(self)
+
+    @property
+    def models(self) -> dict[str, dict[str, Any]]:
+        """The models `before` and `after` as JSON; none in a partial result."""
+        return {name: fit.model for name, fit in (("before", self.before), ("after", self.after)) if fit is not None}
 
     @property
     def effects(self) -> list[str]:

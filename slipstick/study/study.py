@@ -3,10 +3,11 @@
     named = examine(settings, bench, recordings)
     result, figures = conclude(settings, bench, recordings, named)
 
-Both take some seconds to a minute. What `examine` returns is JSON, complete, and the same after a restart.
+Both take some seconds to a minute. What `examine` returns is JSON, complete, and the same after a restart. If there is
+no time for `conclude`, or for all of `examine`, `unconfirmed` says what was named so far.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -30,18 +31,29 @@ from slipstick.naming.record import from_json, to_json
 from slipstick.naming.scene import Scene
 from slipstick.naming.selection import is_enough
 from slipstick.naming.study import Naming
+from slipstick.plausibility.mismatch import require_match
 from slipstick.recordings import Recordings
+from slipstick.recordings.signals import open_blocks
 from slipstick.study.conditions import by_level, with_measured
 from slipstick.study.confidence import are_reported
-from slipstick.study.figures import Figures, figures
-from slipstick.study.findings import finding_result, judged, remainder
+from slipstick.study.figures import Figures, figures, figures_without_fits
+from slipstick.study.findings import Judged, finding_result, judged, remainder, unconfirmed_result
 from slipstick.study.progress import Log, StudySteps
-from slipstick.study.result import BlockResult, Control, FurtherExperiment, Gap, SimulationResult
+from slipstick.study.result import (
+    BlockResult,
+    Control,
+    FindingResult,
+    FurtherExperiment,
+    Gap,
+    Remainder,
+    SimulationResult,
+)
 from slipstick.study.result import StudyResult as Result
 from slipstick.study.settings import StudySettings
-from slipstick.study.untested import untested
-from slipstick.study.words import SIGNALS, sentence
+from slipstick.study.untested import closed_blocks, untested
+from slipstick.study.words import SIGNALS, partial_sentence, sentence
 from slipstick.threads import in_one_blas_thread
+from slipstick.time_budget import Partial, TimeBudgetEnded
 
 _NOMINAL_LOSSES = ("input_inertia", "input_coulomb", "input_viscous")
 """Parameters that start at nominal: those that the input block finds also stand for other small errors of it, and with
@@ -50,10 +62,16 @@ _BEGINNINGS = 5
 """Times that the fits of the simulation begin at most."""
 
 
-def examine(settings: StudySettings, bench: Bench, recordings: Recordings,
-            log: Log = lambda _: None) -> dict[str, Any]:
-    """Name what the blocks ask for, as JSON; raises `InvalidValue` for recordings that say too little."""
-    return to_json(name(bench, recordings, settings.naming, _steps(recordings, log).asked))
+def examine(settings: StudySettings, bench: Bench, recordings: Recordings, log: Log = lambda _: None,
+            keep: Callable[[dict[str, Any]], None] = lambda _: None) -> dict[str, Any]:
+    """Name what the blocks ask for, as JSON.
+
+    `keep` is called with what was named so far, for `unconfirmed`, in case that the time budget ends before. Raises
+    `InvalidValue` for recordings that cannot be of the bench or say too little.
+    """
+    require_match(recordings, bench)
+    return to_json(name(bench, recordings, settings.naming, _steps(recordings, log).asked,
+                        lambda found: keep(to_json(found))))
 
 
 @in_one_blas_thread
@@ -61,10 +79,7 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
              log: Log = lambda _: None) -> tuple[Result, Figures]:
     """Confirm in the simulation what `examine` has named, and say what it is worth."""
     found = from_json(named)
-    every = judged(settings, found)
-    are = are_reported([one.evidence for one in every], [one.finding.nats for one in every])
-    reported = [one for one, its in zip(every, are, strict=True) if its]
-    left_over = [remainder(one) for one, its in zip(every, are, strict=True) if not its]
+    reported, left_over = _reported(settings, found)
     found = replace(found, findings=tuple(one.finding for one in reported))
     answers = [one.said for one in reported]
     traces, points = _traces(settings, bench, recordings, found)
@@ -95,17 +110,65 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
     answer = sentence(results, found.unexplained, found.outlying, left_over, bool(found.chi_square),
                       traces.scene.missing, rest.misfits, rest.explanations)
     result = Result(
-        kind, answer, results,
-        [BlockResult(block, SIGNALS[block], value, [one.title for one in results if block in one.blocks],
-                     block in found.unexplained, list(found.outlying.get(block, ())))
-         for block, value in found.chi_square.items()],
-        list(found.set_aside), _simulation(before), _simulation(after), gap, len(traces.scene),
-        {**{signal: std for signal, (std, _) in traces.scene.noise.items()},
-         "shifting_time": traces.scene.timer_noise}, recordings.digest, settings.digest, rest.closed,
+        kind, answer, results, _blocks(found, results), list(found.set_aside), _simulation(before), _simulation(after),
+        gap, len(traces.scene), _noise(traces.scene), recordings.digest, settings.digest, rest.closed,
         traces.scene.unused, list(by_level(traces.scene.recordings.conditions, traces.conditions)), left_over,
         rest.explanations, rest.times)
     return result, figures(before, after if is_extended else None, predictions,
                            recordings.conditions.take(list(found.set_aside)))
+
+
+@in_one_blas_thread
+def unconfirmed(settings: StudySettings, bench: Bench, recordings: Recordings, named: dict[str, Any] | None,
+                budget: float) -> tuple[Result, Figures]:
+    """The partial result of what has been `named` when the time `budget` in s ended, without the simulation.
+
+    Raises `TimeBudgetEnded` if no block has been examined.
+    """
+    can = open_blocks(() if recordings.signals is None else recordings.signals.names)
+    if named is None or not can:
+        raise TimeBudgetEnded.before(budget, "a block of the model was examined" if can else
+                                     "the simulation of the whole bench was fitted")
+    found = from_json(named)
+    reported, left_over = _reported(settings, found)
+    results = [unconfirmed_result(settings, one, found.measured.get(one.finding.pair)) for one in reported]
+    scene = _scene(settings, bench, recordings, found)
+    missing = [_block(block) for block in can if block not in found.chi_square]
+    if not (found.is_complete or missing):
+        missing = ["the rest of the examination of the blocks"]
+    partial = Partial(budget, [_block(block) for block in found.chi_square],
+                      [*missing, "the simulation of the whole bench, and with it coefficients, size and gap"])
+    kind = "several" if len(results) > 1 else results[0].kind if results else "unlisted" if found.lacking else "open"
+    conditions = with_measured(scene.recordings.conditions, found.parameters)
+    result = Result(
+        kind, partial_sentence(results, found.unexplained, found.outlying, left_over), results, _blocks(found, results),
+        list(found.set_aside), None, None, None, len(scene), _noise(scene), recordings.digest, settings.digest,
+        closed_blocks(scene.missing), scene.unused, list(by_level(scene.recordings.conditions, conditions)), left_over,
+        partial=partial)
+    return result, figures_without_fits(scene.recordings, recordings.conditions.take(list(found.set_aside)))
+
+
+def _reported(settings: StudySettings, found: Naming) -> tuple[list[Judged], list[Remainder]]:
+    """The findings that are reported, and what the others are called."""
+    every = judged(settings, found)
+    are = are_reported([one.evidence for one in every], [one.finding.nats for one in every])
+    return ([one for one, its in zip(every, are, strict=True) if its],
+            [remainder(one) for one, its in zip(every, are, strict=True) if not its])
+
+
+def _blocks(found: Naming, results: list[FindingResult]) -> list[BlockResult]:
+    return [BlockResult(block, SIGNALS[block], value, [one.title for one in results if block in one.blocks],
+                        block in found.unexplained, list(found.outlying.get(block, ())))
+            for block, value in found.chi_square.items()]
+
+
+def _block(name: str) -> str:
+    return f"the block “{SIGNALS[name]}”"
+
+
+def _noise(scene: Scene) -> dict[str, float]:
+    """Standard deviation of the noise of each signal in its unit, and of the shifting time in s."""
+    return {**{signal: std for signal, (std, _) in scene.noise.items()}, "shifting_time": scene.timer_noise}
 
 
 def _fits(settings: StudySettings, traces: Traces, terms: Terms, laws: Mapping[str, MeasuredLaw],
@@ -138,13 +201,18 @@ def _steps(recordings: Recordings, log: Log) -> StudySteps:
 def _traces(settings: StudySettings, bench: Bench, recordings: Recordings,
             found: Naming) -> tuple[Traces, np.ndarray]:
     """The recordings that were not set aside, and the parameters (n, q) at which their simulations start."""
-    whole = Scene.of(bench, recordings, settings.naming)
-    scene = replace(whole.take(np.setdiff1d(np.arange(len(whole)), found.set_aside)), noise=found.noise)
+    scene = _scene(settings, bench, recordings, found)
     nominal = np.zeros(len(scene))
     starts = [nominal if name in (*_NOMINAL_LOSSES, *CONDITIONS) else found.parameters.get(name, nominal)
               for name in RANDOM]
     conditions = with_measured(scene.recordings.conditions, found.parameters)
     return Traces.of(scene, found.clocks, found.converter, conditions), np.stack(starts, axis=1)
+
+
+def _scene(settings: StudySettings, bench: Bench, recordings: Recordings, found: Naming) -> Scene:
+    """The recordings that were not set aside, with the noise that was found."""
+    whole = Scene.of(bench, recordings, settings.naming)
+    return replace(whole.take(np.setdiff1d(np.arange(len(whole)), found.set_aside)), noise=found.noise)
 
 
 def _terms(bench: Bench, found: Naming, answers: list[Answer]) -> Terms:

@@ -1,5 +1,6 @@
 """What is missing where blocks could not be tested, by the simulation of the whole bench alone."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from slipstick.clutch import effects
@@ -25,11 +26,15 @@ class Untested(NamedTuple):
     times: list[TimesOver]
 
 
+def closed_blocks(missing: Sequence[str]) -> list[ClosedBlock]:
+    """The blocks that could not be tested without the `missing` signals."""
+    return [ClosedBlock(block, words, [name for name in missing if name in NEEDED[block]])
+            for block, words in SIGNALS.items() if NEEDED[block] & set(missing)]
+
+
 def untested(settings: StudySettings, after: SimulationFit) -> Untested:
     """What the fit `after` with all findings says about the blocks that could not be tested."""
-    missing, known = after.block.scene.missing, after.block.terms.effects
-    closed = [ClosedBlock(block, words, [name for name in missing if name in NEEDED[block]])
-              for block, words in SIGNALS.items() if NEEDED[block] & set(missing)]
+    closed, known = closed_blocks(after.block.scene.missing), after.block.terms.effects
     signals = after.block.traces.signals
     # A few bad engagements, which the blocks would have shown, are no misfit.
     usual = after.usual_chi_square if closed else dict.fromkeys(signals, 0.0)

@@ -49,6 +49,13 @@ def sentence(findings: Sequence[FindingResult], unexplained: Sequence[str],
     return f"{answer}. {'Not every' if any_tested else 'No'} block was tested: the recordings have no {_words(missing)}"
 
 
+def partial_sentence(findings: Sequence[FindingResult], unexplained: Sequence[str],
+                     outlying: Mapping[str, Sequence[int]], remainders: Sequence[Remainder]) -> str:
+    """The answer of a study whose time budget ended before it was complete."""
+    answer = sentence(findings, unexplained, outlying, remainders)
+    return f"Partial answer, as the time budget ended. {'Nothing was found so far' if answer == NOTHING else answer}"
+
+
 def engagements(rows: Sequence[int]) -> str:
     """Engagements by their numbers."""
     return f"engagement{'s' * (len(rows) > 1)} {_words([str(row) for row in rows])}"
@@ -94,8 +101,8 @@ def _left_over(one: Remainder) -> str:
 
 
 def _phrase(one: FindingResult) -> str:
-    doubt = " (not confirmed by the simulation of the whole bench)" if one.confirmation.agrees is False else ""
-    return _name(one) + doubt
+    doubt = one.confirmation.agrees is False or one.confirmation.simulated == "not computed"
+    return _name(one) + " (not confirmed by the simulation of the whole bench)" * doubt
 
 
 def _name(one: FindingResult) -> str:

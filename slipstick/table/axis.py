@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.errors import InvalidValue
+from slipstick.errors import InvalidValue, quoted
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,9 +24,9 @@ class Axis:
         """Check the properties on which the interpolation relies."""
         values = self.values
         if values.ndim != 1 or len(values) < 2:
-            raise InvalidValue(f"The axis '{self.name}' has {values.size} value(s)", "Give at least two")
+            raise InvalidValue(f"The axis {quoted(self.name)} has {values.size} value(s)", "Give at least two")
         if not (np.all(np.isfinite(values)) and np.all(np.diff(values) > 0) and np.isfinite(self.nominal)):
-            raise InvalidValue(f"The values of the axis '{self.name}' do not increase or are not finite",
+            raise InvalidValue(f"The values of the axis {quoted(self.name)} do not increase or are not finite",
                                "Give finite multipliers in increasing order, each once")
 
     @property

@@ -27,7 +27,7 @@ def interpolate(axes: Sequence[Axis], values: np.ndarray, points: np.ndarray, ou
     _interpolate(np.concatenate([axis.values for axis in axes]), np.array([len(axis.values) for axis in axes]),
                  np.ascontiguousarray(values).reshape(-1, values.shape[-1]), np.ascontiguousarray(clipped), result)
     if outside == "nan":
-        result[~inside] = np.nan
+        result[~inside.all(axis=1)] = np.nan
     return result
 
 

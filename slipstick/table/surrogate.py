@@ -96,7 +96,7 @@ class Surrogate(Table):
         clipped, inside = clip_points(self.axes, points, outside)
         times = self.network(germs(self.axes, clipped))
         if outside == "nan":
-            times[~inside] = np.nan
+            times[~inside.all(axis=1)] = np.nan
         return times
 
     def _derivatives(self, point: np.ndarray) -> Derivatives:

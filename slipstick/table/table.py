@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 
 from slipstick.clutch.model import Model
-from slipstick.errors import CorruptTable, InvalidValue, WrongDigest, WrongLayout
+from slipstick.errors import CorruptTable, InvalidValue, WrongDigest, WrongLayout, quoted
 from slipstick.machine import Machine, Quantity
 from slipstick.storage.files import replacing
 from slipstick.storage.hdf5 import Source
@@ -52,7 +52,8 @@ class Table(ABC):
         kinds = {kind.layout: kind for kind in (cls, *cls.__subclasses__()) if hasattr(kind, "layout")}
         layout = source.attribute("", "layout") if "layout" in source.file.attrs else "none"
         if layout not in kinds:
-            raise WrongLayout(f"The file is not a table of the kind {' or '.join(k.kind for k in kinds.values())}",
+            holds = "holds recordings, and is no table" if source.has("shifting_time") else "is not a table"
+            raise WrongLayout(f"The file {holds} of the kind {' or '.join(k.kind for k in kinds.values())}",
                               "Give a table written by `worker build` or `worker surrogate`")
         try:
             table = kinds[layout]._read(source, **store.read_header(source))
@@ -128,8 +129,8 @@ class Table(ABC):
         Beyond an edge, a clipped value does not change with the multiplier of that axis.
         """
         clipped, inside = clip_points(self.axes, point[None], outside)
-        found = self._derivatives(clipped[0]).along((clipped[0] == point).astype(float))
-        if outside == "nan" and not inside[0]:
+        found = self._derivatives(clipped[0]).along(inside[0].astype(float))
+        if outside == "nan" and not inside.all():
             return Derivatives(*(np.full(array.shape, np.nan) for array in vars(found).values()))
         return found
 
@@ -179,7 +180,8 @@ class Table(ABC):
     def _check(self) -> None:
         names = [axis.name for axis in self.axes]
         if not names or len(set(names)) < len(names) or not len(self.conditions):
-            raise InvalidValue(f"A table of {len(self.conditions)} conditions has the axes {names}",
+            raise InvalidValue(f"A table of {len(self.conditions)} conditions has the axes "
+                               f"{', '.join(map(quoted, names)) or 'none'}",
                                "Give at least one condition and one axis, and each parameter once")
 
     def _rows(self, conditions: Setting) -> np.ndarray:

@@ -11,7 +11,7 @@ import json
 import h5py
 import numpy as np
 
-from slipstick.errors import CorruptTable, InvalidValue, RefusedTable, UnknownName, WrongLayout
+from slipstick.errors import CorruptTable, InvalidValue, RefusedTable, UnknownName, WrongLayout, quoted
 from slipstick.machine import Cases, Input, Machine, Quantity
 from slipstick.machine.machine import require_name
 from slipstick.storage.hdf5 import Source, reading
@@ -31,6 +31,11 @@ _LARGEST = 1 << 30  # bytes of one dataset
 _MOST_AXES = 20  # as many as the service takes inputs
 _DIMENSION_SCALES = ("DIMENSION_LIST", "REFERENCE_LIST", "DIMENSION_LABELS")
 """Attributes of the HDF5 library itself, which are not read."""
+_ROW_MAJOR, _COLUMN_MAJOR = "row_major_order", "column_major_order"
+"""Attributes of `times`, of which either names its dimensions as a program with such arrays sees them: C and NumPy, or
+Fortran, MATLAB and Julia. HDF5 stores the latter in reverse."""
+_CONDITION = "condition"
+"""The name of the dimension of `times` along the conditions."""
 _REMEDY = "Compare the file with docs/your_table.md"
 
 
@@ -79,11 +84,52 @@ def _plain(source: Source) -> Grid:
     output = Quantity(source.attribute("", "output"), source.attribute("times", "units"))
     inputs = (Input(axis.name, axis.unit, axis.nominal, axis.lower, axis.upper) for axis in axes)
     machine = Machine(source.attribute("", "title"), tuple(inputs), cases.quantities, output, simulator="")
-    times = source.array("times", "f", (*(len(axis.values) for axis in axes), len(cases)), output.unit)
+    times = _times(source, axes, len(cases), output.unit)
     if np.isinf(times).any():
         raise CorruptTable("'times' has values that are infinite", "Write NaN where there is no output")
     origin = source.attribute("", "origin") if "origin" in source.file.attrs else "uploaded as a plain table"
-    return Grid(axes, times.astype(np.float64), np.isnan(times).astype(np.uint8), cases, machine, origin)
+    return Grid(axes, times, np.isnan(times).astype(np.uint8), cases, machine, origin)
+
+
+def _times(source: Source, axes: tuple[Axis, ...], conditions: int, unit: str) -> np.ndarray:
+    """The output (g1, ..., gd, n), whatever the order in which the file has the dimensions."""
+    names, lengths = [*(axis.name for axis in axes), _CONDITION], (*(len(axis.values) for axis in axes), conditions)
+    stored = _stated_order(source, names) or _order_by_length(source.shape("times"), lengths, names)
+    values = source.array("times", "f", tuple(lengths[number] for number in stored), unit)
+    return np.ascontiguousarray(values.transpose(np.argsort(stored)), np.float64)
+
+
+def _stated_order(source: Source, names: list[str]) -> list[int] | None:
+    """For each dimension of `times` as HDF5 stores it, its index among the `names`; None if the file names none."""
+    stated = [name for name in (_ROW_MAJOR, _COLUMN_MAJOR) if source.has_attribute("times", name)]
+    if not stated:
+        return None
+    dimensions = json.loads(source.attribute("times", stated[0]))
+    if len(stated) > 1 or not isinstance(dimensions, list) or sorted(map(str, dimensions)) != sorted(names):
+        raise CorruptTable(f"'times' has the attributes {' and '.join(stated)}, of which one would name its dimensions"
+                           if len(stated) > 1 else
+                           f"The attribute '{stated[0]}' of 'times' does not name the axes and the conditions",
+                           f"Give one attribute, '{_ROW_MAJOR}' or '{_COLUMN_MAJOR}', with the names "
+                           f"{json.dumps(names)} in the order of the dimensions")
+    order = [names.index(name) for name in dimensions]
+    return order if stated[0] == _ROW_MAJOR else order[::-1]
+
+
+def _order_by_length(shape: tuple[int, ...], lengths: tuple[int, ...], names: list[str]) -> list[int]:
+    """As `_stated_order`, of dimensions without names: the axes and then the conditions, or the reverse.
+
+    Raises `CorruptTable` where the `shape` fits both.
+    """
+    order = list(range(len(lengths)))
+    if shape != lengths[::-1]:
+        return order
+    if shape != lengths:
+        return order[::-1]
+    raise CorruptTable(
+        f"The order of the dimensions of 'times' is not known: their lengths {shape} are the same in reverse, in which "
+        "MATLAB, Julia and Fortran write them",
+        f"Name the dimensions in the order in which your program sees them, {json.dumps(names)}, in the text attribute "
+        f"'{_ROW_MAJOR}' (Python, C) or '{_COLUMN_MAJOR}' (MATLAB, Julia, Fortran) of 'times'")
 
 
 def _axis(source: Source, name: str) -> Axis:
@@ -103,15 +149,16 @@ def _require_inputs(table: Table) -> None:
             raise CorruptTable(error.cause, "Build the table with Slipstick, or upload a plain table "
                                             "(docs/your_table.md)") from error
         if differs:
-            raise CorruptTable(f"The axis '{axis.name}' differs in its nominal value or unit from the parameter of the "
-                               "model", "Build the table with Slipstick, or upload a plain table (docs/your_table.md)")
+            raise CorruptTable(f"The axis {quoted(axis.name)} differs in its nominal value or unit from the "
+                               "parameter of the model",
+                               "Build the table with Slipstick, or upload a plain table (docs/your_table.md)")
 
 
 def _require_checksums(path: str, item: h5py.Group | h5py.Dataset) -> None:
     if isinstance(item, h5py.Dataset) and not item.fletcher32:
-        raise CorruptTable(f"'{path}' has no checksums", "Create each dataset with fletcher32 (in h5py: "
+        raise CorruptTable(f"{quoted(path)} has no checksums", "Create each dataset with fletcher32 (in h5py: "
                                                           "create_dataset(..., fletcher32=True))")
     for name in item.attrs:
         if item.attrs.get_id(name).dtype.kind == "O" and name not in _DIMENSION_SCALES:
-            raise CorruptTable(f"The attribute '{name}' of '{path or '/'}' has no fixed length",
+            raise CorruptTable(f"The attribute {quoted(name)} of {quoted(path or '/')} has no fixed length",
                                "Write texts with a fixed length (in h5py: numpy.bytes_(text))")

@@ -5,8 +5,8 @@ the simulator implement.
 """
 
 from slipstick.uncertainty.inputs import Inputs
-from slipstick.uncertainty.outside import axis_mass_outside, count_outside, mass_outside
+from slipstick.uncertainty.outside import axis_mass_outside, mass_outside
 from slipstick.uncertainty.sampling import log10_mean_density, standard_normals
 
-__all__ = ["Inputs", "axis_mass_outside", "chaos", "count_outside", "fit", "likelihood", "log10_mean_density",
+__all__ = ["Inputs", "axis_mass_outside", "chaos", "fit", "likelihood", "log10_mean_density",
            "mass_outside", "standard_normals"]

@@ -22,12 +22,8 @@ def mass_outside(inputs: Inputs, lower: np.ndarray, upper: np.ndarray, normals: 
     if inputs.independent:
         with np.errstate(divide="ignore"):  # log 0 if an input lies outside with probability 1
             return abs(float(np.expm1(np.sum(np.log1p(-np.minimum(axes, 1.0))))))
-    return max(count_outside(inputs.points(normals), lower, upper) / len(normals), float(axes.max()))
-
-
-def count_outside(points: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> int:
-    """Number of the points (m, d) that lie outside the box [lower, upper] (d,)."""
-    return int(np.count_nonzero(np.any((points < lower) | (points > upper), axis=1)))
+    points = inputs.points(normals)
+    return max(float(np.mean(np.any((points < lower) | (points > upper), axis=1))), float(axes.max()))
 
 
 def _outside(inputs: Inputs, index: int, edges: np.ndarray) -> float:

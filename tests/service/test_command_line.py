@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from service.__main__ import main
+from service.command_line import main
 from service.settings import Settings
 from slipstick import __version__
 
@@ -32,6 +32,15 @@ def test_help_has_every_setting(monkeypatch: pytest.MonkeyPatch, capsys: pytest.
     assert max(len(line) for line in text.splitlines()) <= 110
     for said in ("http://127.0.0.1:8000/docs", "token", "worker serve-jobs", "docs/operations.md", "--version"):
         assert said in text
+
+
+def test_help_has_the_address_of_the_settings(monkeypatch: pytest.MonkeyPatch,
+                                              capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setenv("SLIPSTICK_PORT", "9123")
+    monkeypatch.setenv("SLIPSTICK_HOST", "::")
+    assert "http://[::1]:9123/docs" in printed(monkeypatch, capsys, "--help")
+    monkeypatch.setenv("SLIPSTICK_PORT", "eighty")
+    assert "http://127.0.0.1:8000/docs" in printed(monkeypatch, capsys, "--help")
 
 
 def test_the_examples_name_settings_that_exist(monkeypatch: pytest.MonkeyPatch,

@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import sqlite3
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -97,10 +98,26 @@ def test_the_folder_has_a_quota(client: httpx.Client, folder: Path) -> None:
                        headers={"Content-Type": "application/toml"}).status_code == 201
 
 
+def test_what_a_result_is_of_is_deleted_only_by_force(client: httpx.Client, folder: Path) -> None:
+    job = client.post("/v1/fits", json={}).json()["links"]["self"]
+    with sqlite3.connect(folder.parent / "jobs.sqlite") as jobs:
+        jobs.execute("UPDATE workflow_status SET status = 'SUCCESS'")
+    for path in ("/v1/tables/nominal", "/v1/recordings/measured"):
+        refused = problem(client.delete(path), 409)
+        assert f"results of 1 finished jobs with '{path.rpartition('/')[2]}', such as {job}" in refused["detail"]
+        assert f"(DELETE {job}), or repeat the request with ?force=true" in refused["remedy"]
+        assert client.get(path).is_success
+    assert client.delete("/v1/tables/nominal?force=true").status_code == 204
+    assert client.get(job).json()["status"] == "done"
+    assert client.delete(job).status_code == 204
+    assert client.delete("/v1/recordings/measured").status_code == 204
+
+
 def test_what_a_job_uses_is_not_deleted(client: httpx.Client, folder: Path) -> None:
     job = client.post("/v1/fits", json={}).json()["links"]
     for path in ("/v1/tables/nominal", "/v1/recordings/measured"):
-        assert job["self"] in problem(client.delete(path), 409)["detail"]
+        for force in ("false", "true"):
+            assert job["self"] in problem(client.delete(f"{path}?force={force}"), 409)["detail"]
         assert client.get(path).is_success
     client.post(job["cancel"])
     for path in ("/v1/tables/nominal", "/v1/recordings/measured"):

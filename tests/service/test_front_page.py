@@ -1,5 +1,6 @@
 """The front page and /docs: what they list and say, the progress of studies, and both in a real browser."""
 
+import html
 import json
 import re
 import time
@@ -50,6 +51,28 @@ def test_an_empty_service_says_what_to_do_first(tmp_path: Path, serving: Any) ->
     assert sorted(steps, key=found.index) == list(steps)
     for nothing in ("There is no table yet", "There are no recordings yet", "There is no bench yet", "0 workers alive"):
         assert nothing in found
+
+
+BROWSER = "text/html,application/xhtml+xml,application/xml;q=0.9,*/*;q=0.8"
+
+
+@pytest.mark.parametrize(("path", "status", "says"), [
+    ("/nothing", 404, "There is no resource at /nothing."), ("/tables/nominl", 404, "Did you mean 'nominal'?"),
+    ("/v1/studies/none/report", 404, "none"), ("/tables/%3Cb%3E", 404, "'<b>'"),
+    ("/?count=0", 422, "query.count: Input should be greater than"),
+])
+def test_a_browser_gets_an_error_as_a_page_and_a_program_as_a_problem(client: httpx.Client, path: str, status: int,
+                                                                      says: str) -> None:
+    page = client.get(path, headers={"Accept": BROWSER})
+    assert (page.status_code, page.headers["Content-Type"]) == (status, "text/html; charset=utf-8")
+    assert html.escape(says) in page.text
+    for link in ("/", "/docs", "/v1", "/#studies"):
+        assert f'href="{link}"' in page.text
+    assert page.headers["X-Request-ID"] in page.text
+    assert "<b>" not in page.text.partition("<main")[2]
+    for accept in ("*/*", "application/json", "application/json, text/html;q=0.5", ""):
+        problem(client.get(path, headers={"Accept": accept}), status)
+    problem(client.post("/nothing", headers={"Accept": BROWSER}), 404)
 
 
 def test_the_page_lists_files_and_jobs_and_the_steps_that_are_left(client: httpx.Client, folder: Path) -> None:
@@ -229,10 +252,15 @@ def test_a_running_study_states_its_step_its_share_and_what_it_tries(running: Ru
     tries = Asked("contact", ("contact",), ("friction coefficient", "slip"))
     StudySteps(("pressure", "output_torque", "output_speed", "input_speed"), reported.append).asked(tries)
     found = running(asdict(reported[0])).json()
-    assert found["progress"] == {"stage": "name", "step": 7, "steps": 12, "done": 0.5, "doing": reported[0].doing}
+    assert found["progress"] == {"stage": "name", "step": 7, "steps": 12, "done": 0.5, "doing": reported[0].doing,
+                                 "budget_left": None}
     shown = jobs._doing(StudyWithProgress(**found))
     assert '<progress value="0.500" aria-label="Steps of mine">50 %</progress>' in shown
     assert "Step 7 of 12. Block “pressure, slip → torque in full contact”: trying “friction" in shown
+    assert "time budget" not in shown
+    limited = running({**asdict(reported[0]), "budget_left": 300.0}).json()
+    assert limited["progress"]["budget_left"] == 300
+    assert "5 min of the time budget left" in jobs._doing(StudyWithProgress(**limited))
 
 
 def test_progress_of_an_earlier_version_is_left_out(running: Running) -> None:
@@ -249,7 +277,7 @@ def test_a_study_that_is_done_has_done_all_of_its_steps(
     with serving_jobs(tmp_path, {"mine": (JOB_INPUT, {"result": {}})}) as client:
         found = client.get("/v1/studies/mine").json()
     assert found["status"] == "done"
-    assert found["progress"] == {**last, "done": 1.0}
+    assert found["progress"] == {**last, "done": 1.0, "budget_left": None}
 
 
 # The page /docs in a browser without internet access: it renders, and "Try it out" works.

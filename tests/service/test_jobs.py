@@ -1,11 +1,12 @@
 """Fits and jobs without a worker: their cost is limited, their place in the queue known, ended ones can be deleted."""
 
 import json
+import shutil
 import sqlite3
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import httpx
@@ -17,6 +18,7 @@ from service.fit_cost import fit_cost
 from service.fit_schemas import FitProgress, FitSettingsBody, FitSummary
 from service.settings import Settings
 from slipstick.inference import table_problem
+from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
 from slipstick.uncertainty import fit
 from slipstick.uncertainty.fit import FitSettings
@@ -43,6 +45,20 @@ def test_the_cost_of_a_fit_is_limited(client: httpx.Client, body: dict, status: 
     assert len(client.get("/v1/fits").json()["fits"]) == (status == 202)
     if status == 413:
         assert "SLIPSTICK_FIT_VALUES" in problem(answer, 413)["remedy"]
+
+
+def test_a_fit_is_refused_if_the_table_cannot_reach_the_measurements(shelf: Path, tmp_path: Path, serving) -> None:
+    folder = shutil.copytree(shelf, tmp_path / "tables")
+    measured = Recordings.open(folder / "measured.h5")
+    too_short = replace(measured, measured_time=1e-3 * measured.measured_time, signals=None)
+    (folder / "too-short.h5").write_bytes(too_short.to_bytes())
+    settings = Settings(tables=folder, jobs=f"sqlite:///{tmp_path}/jobs.sqlite")
+    with serving(settings) as address, httpx.Client(base_url=address, timeout=30) as client:
+        refused = problem(client.post("/v1/fits", json={"table": "nominal", "recordings": "too-short"}), 422)
+        assert not client.get("/v1/fits").json()["fits"]
+    assert refused["detail"].startswith("The measured shifting time is 0.000")
+    assert "that of the model at the bounds of pressure_bias, initial_position" in refused["detail"]
+    assert refused["remedy"].startswith("Check the unit of the measured shifting time")
 
 
 def test_the_cost_grows_with_candidates_runs_and_conditions(shelf: Path) -> None:
@@ -133,6 +149,34 @@ def test_repeated_requests_with_one_key_create_one_fit(client: httpx.Client) -> 
     assert client.get("/v1/fits/mine").json()["settings"]["generations"] == 3
 
 
+def test_a_time_budget_makes_no_other_job_but_a_partial_result_is_not_used_again(
+        client: httpx.Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert client.post("/v1/fits", json={}, headers=KEY).json()["time_budget"] == 86_400
+    assert client.post("/v1/fits", json={"time_budget": None}, headers=KEY).json()["time_budget"] == 86_400
+    for budget in (0, -1.0, "1"):
+        problem(client.post("/v1/fits", json={"time_budget": budget}), 422)
+    listed, partial = DBOSClient.list_workflows, {"budget": 86_400.0, "done": [], "missing": ["refinement"]}
+
+    def done(self: DBOSClient, *arguments: object, **options: object) -> list:
+        """The first job as if it were done, with a partial result."""
+        jobs = listed(self, *arguments, **options)
+        for one in jobs:
+            if one.input["args"][0]["time_budget"] == 86_400:
+                one.status, one.output = "SUCCESS", {"result": {"partial": partial}}
+        return jobs
+
+    monkeypatch.setattr(DBOSClient, "list_workflows", done)
+    refused = client.post("/v1/fits", json={"settings": {"generations": 4}}, headers=KEY)
+    assert refused.status_code == 409
+    again = client.post("/v1/fits", json={"time_budget": 60}, headers=KEY).json()
+    assert (again["id"], again["status"], again["time_budget"]) == ("mine", "queued", 60)
+    assert len(client.get("/v1/fits").json()["fits"]) == 1
+    partial.clear()  # so that the result is complete
+    assert client.post("/v1/fits", json={}, headers={"Idempotency-Key": "complete"}).json()["time_budget"] == 86_400
+    assert client.post("/v1/fits", json={"time_budget": 60}, headers={"Idempotency-Key": "complete"}
+                       ).json()["time_budget"] == 86_400
+
+
 def test_a_queued_fit_can_be_cancelled_and_stays_cancelled(client: httpx.Client) -> None:
     client.post("/v1/fits", json={}, headers=KEY)
     for _ in range(2):
@@ -157,6 +201,6 @@ def test_the_schemas_cover_all_fields_of_a_fit(shelf: Path) -> None:
     state = fit.next_state(settings, problem, fit.initial_state(settings, problem))
     assert set(FitSettingsBody.model_fields) == {field.name for field in fields(fit.FitSettings)}
     assert set(FitProgress.model_fields) == {*fit.progress(settings, problem, state), "stage", "model_runs", "done",
-                                             "seconds_left"}
+                                             "seconds_left", "budget_left"}
     result = fit.summary(settings, problem, state, fit.refined_estimate(settings, problem, state))
     assert json.loads(FitSummary.model_validate(result).model_dump_json()) == json.loads(json.dumps(result))

@@ -55,7 +55,7 @@ class Held:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.started, self.go_on, self.ended = threading.Semaphore(0), threading.Event(), threading.Semaphore(0)
-        self.count, computed = 0, likelihood._log10_densities
+        self.count, computed = 0, likelihood._estimates
 
         posted = likelihood.LikelihoodRequest.model_validate(POSTS["/v1/likelihood"])
 
@@ -70,7 +70,7 @@ class Held:
             finally:
                 self.ended.release()
 
-        monkeypatch.setattr(likelihood, "_log10_densities", hold)
+        monkeypatch.setattr(likelihood, "_estimates", hold)
 
 
 @pytest.fixture

@@ -68,6 +68,17 @@ def test_the_outside_policy_is_the_same_for_all_operations(client: httpx.Client,
     for path, body in requests:
         response = client.post(path, json={**body, "outside": "error"})
         assert (response.status_code, response.json()["type"]) == (422, "urn:slipstick:problem:outside-table")
+    refused = client.post("/v1/evaluate", json=points)
+    assert refused.status_code == 422
+    assert "Point 0 has pressure_bias = 2, outside the range of the table, 0.5 to 1.5" in refused.json()["detail"]
+    assert "`outside` to `clip`" in refused.json()["remedy"]
+    rounded = client.post("/v1/evaluate", json={"points": [[np.nextafter(1.5, 2.0), 1.0]], "conditions": [0]}).json()
+    assert (rounded["outside"], rounded["points_outside"]) == ("error", 0)
+    assert rounded["shifting_time"] == [[table.interpolate(np.array([[1.5, 1.0]]))[0, 0]]]
+    array = io.BytesIO()
+    np.save(array, np.array(points["points"]))
+    assert client.post("/v1/evaluate", content=array.getvalue(),
+                       headers={"Content-Type": npy.MEDIA_TYPE}).status_code == 422
     clip, nan = ([client.post(path, json={**body, "outside": outside}).json() for path, body in requests]
                  for outside in ("clip", "nan"))
     edge = table.interpolate(np.array([[1.5, 1.0]]))[0, 0]

@@ -2,8 +2,10 @@
 
 import json
 import logging
+import os
 import re
 import socket
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -14,7 +16,8 @@ from prometheus_client.parser import text_string_to_metric_families
 from test_problems import problem
 
 from service import request_ids
-from service.logs import JsonLines, Text
+from service.logs import JsonLines, LogFormat, Text
+from service.server import make_server
 from service.settings import Settings
 from service.tokens import new_token
 
@@ -181,3 +184,16 @@ def test_an_error_in_the_log_has_its_traceback_and_id() -> None:
     text = Text().format(record)
     assert "Unexpected\\nerror [mine]\nTraceback" in text
     request_ids.current.set(None)
+
+
+@pytest.mark.parametrize(("terminal", "stated", "form"), [
+    (True, None, Text), (False, None, JsonLines), (True, "json", JsonLines), (False, "text", Text),
+])
+def test_the_log_is_text_on_a_terminal_unless_a_setting_says_otherwise(
+        terminal: bool, stated: LogFormat | None, form: type, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    ours, theirs = os.openpty()
+    with os.fdopen(ours), os.fdopen(theirs, "w") as screen, (tmp_path / "log").open("w") as file:
+        monkeypatch.setattr(sys, "stderr", screen if terminal else file)
+        make_server(Settings(tables=tmp_path, jobs=f"sqlite:///{tmp_path}/jobs.sqlite", log=stated))
+        handler, = logging.getLogger("slipstick").handlers
+        assert isinstance(handler.formatter, form)

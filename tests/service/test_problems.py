@@ -65,6 +65,21 @@ def test_json_that_does_not_match_the_schema(client: httpx.Client, path: str, bo
     assert problem(client.post(path, content=body, headers=JSON), 422)["errors"]
 
 
+@pytest.mark.parametrize(("path", "body", "where", "nearest"), [
+    ("/v1/evaluate", {"tabel": "nominal"}, "body.tabel", "table"),
+    ("/v1/propagate", {"inputs": {**INPUTS, "meen": [1]}}, "body.inputs.meen", "mean"),
+    ("/v1/likelihood", {"candidates": [{**INPUTS, "outputstd": 0.01}]}, "body.candidates.0.outputstd", "output_std"),
+    ("/v1/fits", {"settings": {"generation": 1}}, "body.settings.generation", "generations"),
+    ("/v1/studies", {"recording": "measured"}, "body.recording", "recordings"),
+    ("/v1/studies", {"settings": {"catalog": ["x"]}}, "body.settings.catalog", "catalogue"),
+])
+def test_the_error_for_an_unknown_key_suggests_the_nearest_one(client: httpx.Client, path: str, body: dict[str, Any],
+                                                               where: str, nearest: str) -> None:
+    errors = problem(client.post(path, json={**POSTS.get(path, {}), **body}), 422)["errors"]
+    said, = (error["what"] for error in errors if error["where"].endswith(where.partition(".")[2]))
+    assert said.startswith(f"The key is unknown; did you mean '{nearest}'? Known: ")
+
+
 @pytest.mark.parametrize("path", POSTS)
 def test_the_error_for_an_unknown_table_suggests_the_nearest_name(client: httpx.Client, path: str) -> None:
     assert "'nominal'" in problem(client.post(path, json={**POSTS[path], "table": "nominl"}), 404)["remedy"]

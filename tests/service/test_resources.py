@@ -98,7 +98,16 @@ def test_an_upload_cannot_be_a_table(client: httpx.Client, settings: Settings, t
         response = client.post("/v1/recordings", params={"name": "both"}, content=content,
                              headers={"Content-Type": "application/x-hdf5"})
         assert response.status_code == 422
+        assert "The file is a table, not recordings" in response.json()["detail"]
     assert not list(settings.tables.glob("*both*"))
+
+
+def test_a_name_of_the_other_kind_is_said_to_be_of_it(client: httpx.Client) -> None:
+    for request, says in (({"table": "measured"}, "There is no table 'measured': 'measured' is recordings"),
+                          ({"recordings": "nominal"}, "There is no recordings file 'nominal': 'nominal' is a table")):
+        response = client.post("/v1/likelihood", json={
+            "candidates": [{"mean": [1, 1], "std": [0.1, 0.1], "output_std": 0.1}], **request})
+        assert (response.status_code, response.json()["detail"]) == (404, says)
 
 
 @pytest.mark.parametrize("name", ["taken", "measured", "nominal"])

@@ -1,5 +1,6 @@
 """Uploaded tables: of any axes and any program, verified and written anew, or refused with the reason."""
 
+import io
 import json
 import os
 import re
@@ -89,6 +90,33 @@ def test_an_uploaded_table_is_used_like_a_built_one(client: httpx.Client, folder
     assert client.post("/v1/fits", json=fit).status_code == 202
 
 
+def test_an_output_in_a_large_unit_has_noise_of_its_size(client: httpx.Client, folder: Path, motor: Path) -> None:
+    memory = io.BytesIO(motor.read_bytes())
+    with h5py.File(memory, "r+", libver=("v110", "v110")) as file:
+        file["times"][...] = 1e8 * file["times"][...]
+        file["times"].attrs["units"] = np.bytes_("Pa")
+    assert upload(client, "stress", memory.getvalue()).status_code == 201
+    table = Library(folder).table("stress")
+    measured = table.interpolate(np.ones((1, 2)))[0]
+    rows = [",".join(map(repr, map(float, (*row, value))))
+            for row, value in zip(table.conditions.values, measured, strict=True)]
+    heading = "speed [rad/s],load_inertia [kg m^2],brake_torque [N m],run_up_time [Pa]"
+    assert client.post("/v1/recordings", params={"name": "stresses", "table": "stress"}, headers={
+        "Content-Type": "text/csv"}, content="\n".join([heading, *rows])).status_code == 201
+    inputs = {"mean": [1, 1], "std": [0.0, 0.0]}
+    body = {"table": "stress", "recordings": "stresses", "candidates": [{**inputs, "output_std": 5e6}]}
+    found, = client.post("/v1/likelihood", json=body).json()["candidates"]
+    assert found["log10_likelihood"] == pytest.approx(-8 * np.log10(5e6 * np.sqrt(2 * np.pi) * 1e3), rel=1e-6)
+    body["candidates"][0]["output_std"] = 1e-9
+    detail = problem(client.post("/v1/likelihood", json=body), 422)["detail"]
+    assert detail == "The output std is 1e-09 Pa, less than the rounding errors of the measurements"
+    spread = np.ptp(measured)
+    fit = client.post("/v1/fits", json={"table": "stress", "recordings": "stresses"}).json()
+    assert fit["settings"]["output_std_bounds"] == pytest.approx([spread / 2000, spread / 2])
+    answer = client.post("/v1/propagate", json={"table": "stress", "inputs": inputs}).json()
+    assert [entry["std"] for entry in answer["conditions"]] == pytest.approx([0.0] * 8, abs=1.0)  # no noise by default
+
+
 def test_the_example_of_the_documentation_works(client: httpx.Client, folder: Path, motor: Path) -> None:
     answers = []
     for line in COMMANDS.strip().splitlines():
@@ -139,7 +167,9 @@ def test_a_fit_of_an_uploaded_table_recovers_an_input(client: httpx.Client, fold
     assert found["physical"][0]["mean"] == pytest.approx(0.8 * 1.05, abs=0.03)
     assert client.get(fit["report"]).is_success
     assert "engagement" not in client.get(fit["pictures"]).text
-    assert client.delete("/v1/tables/fitted").status_code == 204
+    assert f"DELETE {fit['self']}" in problem(client.delete("/v1/tables/fitted"), 409)["remedy"]
+    assert client.delete("/v1/tables/fitted?force=true").status_code == 204
+    assert client.get(fit["report"]).is_success
 
 
 def test_a_built_table_is_uploaded_as_it_is(client: httpx.Client, folder: Path) -> None:

@@ -16,8 +16,8 @@ import pytest
 from test_problems import POSTS, problem
 
 from service import tokens as tokens_module
-from service.__main__ import main
 from service.app import create_app
+from service.command_line import main
 from service.settings import Settings
 from service.tokens import ROLES, BadTokens, Tokens, new_token, required_role, tokens_of
 

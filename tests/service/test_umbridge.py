@@ -160,9 +160,12 @@ def test_the_umbridge_client_evaluates_and_differentiates_a_table(url: str, tabl
     assert model.get_output_sizes(some) == [2]
     assert model([point.tolist()], some) == [table.interpolate(point[None])[0, [100, 3]].tolist()]
     beyond = [[2.0, 1.0]]
-    assert model(beyond) == model([[1.5, 1.0]])
+    assert model(beyond, {"outside": "clip"}) == model([[1.5, 1.0]])
+    for refused in ({}, {"outside": "error"}):
+        with pytest.raises(Exception, match=r"InvalidInput.*pressure_bias = 2, outside the range of the table"):
+            model(beyond, refused)
     with pytest.raises(Exception, match=r"InvalidInput.*outside the range of the table"):
-        model(beyond, {"outside": "error"})
+        model.gradient(0, 0, beyond, [1.0] * 216)
     with pytest.raises(Exception, match=r"InvalidOutput.*216 of 216 outputs are undefined"):
         model(beyond, {"outside": "nan"})
 

@@ -1,6 +1,7 @@
 """Inference problems for tables and the simulator: chosen parameters are uncertain, and the others are nominal."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,9 +9,13 @@ import pytest
 
 from slipstick.clutch.ensemble import shifting_times
 from slipstick.errors import InvalidValue, OutsideTable, UnknownName
-from slipstick.inference import simulated_problem, table_problem
+from slipstick.inference import require_reach, simulated_problem, table_problem
+from slipstick.machine import Cases, Input, Machine, Measurements, Quantity
 from slipstick.recordings import Recordings
-from slipstick.table import Grid
+from slipstick.table import Axis, Grid
+from slipstick.uncertainty.fit import FitSettings
+from slipstick.uncertainty.fit.search_space import search_space
+from slipstick.uncertainty.likelihood import InferenceProblem
 from tests.benches import COMPACT, HEAVY, NOMINAL
 
 AXES = ["pressure_bias", "initial_position"]
@@ -48,6 +53,47 @@ def test_conditions_are_those_of_the_recordings(small_table: Grid, small_recordi
     other = Recordings(HEAVY.conditions.take([0]), np.array([0.5]))
     with pytest.raises(InvalidValue):
         table_problem(small_table, other, "clip")
+
+
+def stress_problem(measured: np.ndarray) -> InferenceProblem:
+    """The problem of measured stresses in Pa, one under each of n loads."""
+    quantity = Quantity("stress", "Pa")
+    cases = Cases((Quantity("load", "N"),), np.arange(1.0, len(measured) + 1)[:, None])
+    machine = Machine("beam", (Input("size", "m", 0.1, 0.5, 1.5),), cases.quantities, quantity, "")
+    values = np.array([[0.5], [1.5]]) * cases.values.T * 1e8
+    axes = (Axis("size", np.array([0.5, 1.5]), 0.1, "m"),)
+    table = Grid(axes, values, np.zeros(values.shape, np.uint8), cases, machine)
+    return table_problem(table, Measurements(cases, measured, quantity, ""), "clip")
+
+
+@pytest.mark.parametrize(("measured", "largest"), [
+    ([1e8, 2e8, 4e8], 1.5e8), ([300.0, 301.0, 299.0], 1.0), ([2e-12, 6e-12], 2e-12),  # half of the range
+    ([4e8, 4e8, 4e8 * (1 + 1e-15)], 2e8), ([-5.0, -5.0], 2.5), ([0.0, 0.0], 0.5)])  # there is no range
+def test_the_bounds_of_the_noise_follow_from_the_measurements(measured: list[float], largest: float) -> None:
+    problem = stress_problem(np.array(measured))
+    assert problem.unit == "Pa"
+    np.testing.assert_allclose(problem.output_std_bounds, [1e-3 * largest, largest], rtol=1e-9)
+    space = search_space(FitSettings(), problem)
+    np.testing.assert_allclose(np.exp([space.lower[-1], space.upper[-1]]), problem.output_std_bounds)
+    given = search_space(FitSettings(output_std_bounds=(0.5 * largest, 3 * largest)), problem)
+    np.testing.assert_allclose(np.exp([given.lower[-1], given.upper[-1]]), [0.5 * largest, 3 * largest])
+
+
+def test_the_bounds_of_the_noise_of_a_clutch_are_those_of_its_sensors(small_table: Grid,
+                                                                      small_recordings: Recordings) -> None:
+    for problem in (table_problem(small_table, small_recordings, "clip"),
+                    simulated_problem(NOMINAL, small_recordings, AXES, HEAVY)):
+        assert (problem.unit, problem.output_std_bounds) == ("s", (0.0005, 0.1))
+
+
+def test_a_noise_below_the_rounding_errors_is_refused_in_the_unit_of_the_output() -> None:
+    problem = stress_problem(np.array([1e8, 2e8, 4e8]))
+    problem.require_output_std(5e6)
+    problem.require_output_std(4e-6)
+    with pytest.raises(InvalidValue, match=r"The output std is 1e-07 Pa.*such as 4e-06 Pa"):
+        problem.require_output_std(1e-7)
+    with pytest.raises(InvalidValue, match="1e-08 Pa"):
+        search_space(FitSettings(output_std_bounds=(1e-8, 1e8)), problem)
 
 
 def test_the_policy_outside_the_table_is_applied(small_table: Grid, small_recordings: Recordings) -> None:
@@ -101,3 +147,48 @@ def test_bounds_are_those_of_the_bench(small_recordings: Recordings) -> None:
     assert (problem.lower[0], problem.upper[0]) == (prior.lower, prior.upper)
     with pytest.raises(InvalidValue, match="made for another bench than 'compact'"):
         simulated_problem(NOMINAL, small_recordings, ["initial_position"], COMPACT)
+
+
+def made_problem(outputs: np.ndarray, measured: np.ndarray, upper: float = 2.0) -> InferenceProblem:
+    """A model whose outputs (n,) are multiplied by both of its inputs, from 0.5 to `upper`."""
+    return InferenceProblem(lambda points, conditions: points.prod(axis=1)[:, None] * outputs, None, measured,
+                            np.full(2, 0.5), np.full(2, upper), ("gain", "size"))
+
+
+OUTPUT, OUTPUTS = Quantity("deflection", "mm"), np.linspace(-3, 12, 31)
+
+
+@pytest.mark.parametrize("factor", [0.1, 1.0, -1.0, 10.0])
+def test_measurements_that_some_inputs_reach_may_be_fitted(factor: float) -> None:
+    require_reach(made_problem(OUTPUTS, factor * OUTPUTS), OUTPUT)
+    require_reach(made_problem(OUTPUTS, 100 * factor * OUTPUTS, upper=30), OUTPUT)
+
+
+@pytest.mark.parametrize("factor", [1e3, -1e3, 20.0, 0.05, 1e-3])
+def test_measurements_in_another_unit_or_of_another_machine_are_refused(factor: float) -> None:
+    with pytest.raises(InvalidValue, match=r"The measured deflection is .* mm in the median of 31 conditions, and "
+                                           r"still .* times that of the model at the bounds of gain, size\. Check"):
+        require_reach(made_problem(OUTPUTS, factor * OUTPUTS), OUTPUT)
+
+
+def test_neither_a_few_flawed_measurements_nor_many_about_zero_are_a_reason() -> None:
+    flawed = OUTPUTS.copy()
+    flawed[:10] = 1e6
+    require_reach(made_problem(OUTPUTS, flawed), OUTPUT)
+    pulse = np.where(np.arange(31) < 6, 1.0, 1e-6)
+    require_reach(made_problem(pulse, pulse + 0.01 * np.random.default_rng(1).standard_normal(31)), OUTPUT)
+
+
+def test_times_in_another_unit_are_refused_and_those_of_a_table_and_a_simulator_are_not(
+        small_table: Grid, small_recordings: Recordings) -> None:
+    for problem in (table_problem(small_table, small_recordings, "error"),
+                    simulated_problem(NOMINAL, small_recordings, AXES, HEAVY)):
+        require_reach(problem, small_table.output)
+        for factor in (1e-3, 1e3):
+            with pytest.raises(InvalidValue, match=r"shifting time is .* s in the median of 8 conditions"):
+                require_reach(replace(problem, measured_time=factor * problem.measured_time), small_table.output)
+
+
+def test_a_model_that_is_undefined_under_most_conditions_is_refused() -> None:
+    with pytest.raises(InvalidValue, match="still 0 times"):
+        require_reach(made_problem(np.where(np.arange(31) < 3, OUTPUTS, np.nan), OUTPUTS), OUTPUT)

@@ -36,6 +36,18 @@ def test_what_is_no_quantity_is_refused(text: str | float, unit: str, says: str)
         in_unit(text, unit)
 
 
+@pytest.mark.parametrize(("text", "unit", "remedy"), [
+    ("1500 1/min", "rad/s", "Write rpm (for 1/min) or revolution/s (for 1/s or Hz) in its place if it counts"),
+    ("50 sekunden", "s", "State the unit that the numbers have, spelled such as s, or"),
+    ("1500 U/min", "rad/s", "State the unit that the numbers have, spelled such as rpm or rad/s, or"),
+    ("50 bar", "1", "Give plain numbers"),
+])
+def test_the_remedy_of_a_refused_unit_keeps_the_meaning_of_the_number(text: str, unit: str, remedy: str) -> None:
+    with pytest.raises(NotAQuantity) as refused:
+        in_unit(text, unit)
+    assert refused.value.remedy.startswith(remedy)
+
+
 def test_arrays_keep_their_shape_and_values_in_the_same_unit_their_bits() -> None:
     values = np.random.default_rng(1).standard_normal((3, 4))
     assert np.array_equal(convert(values, "bar", "bar"), values)

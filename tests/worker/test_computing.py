@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from slipstick.errors import InvalidValue
-from worker.computing import ComputationLost, Computer
+from worker.computing import ComputationLost, Computer, Report, TimeEnded
 
 
 class Cancelled(Exception):
@@ -34,6 +34,12 @@ def reporting(library: Any, report: Any, count: int) -> int:
     return count
 
 
+def keeping(library: Any, report: Report, count: int) -> None:
+    for number in range(count):
+        report.keep({"number": number})
+    time.sleep(600)
+
+
 def failing(library: Any, report: Any, error: Exception) -> None:
     raise error
 
@@ -50,8 +56,8 @@ def computer(tmp_path: Path) -> Iterator[Computer]:
 
 
 def run(computer: Computer, step: Any, *arguments: Any, report: Any = lambda progress: None,
-        require_wanted: Any = lambda: None) -> Any:
-    return computer.run(step, *arguments, report=report, require_wanted=require_wanted)
+        require_wanted: Any = lambda: None, **options: float) -> Any:
+    return computer.run(step, *arguments, report=report, require_wanted=require_wanted, **options)
 
 
 def is_running(pid: int) -> bool:
@@ -90,6 +96,18 @@ def test_a_report_can_end_a_step(computer: Computer) -> None:
         run(computer, reporting, 5, report=report)
     assert numbers == [0, 1]
     assert run(computer, reporting, 3) == 3
+
+
+@pytest.mark.parametrize(("count", "kept"), [(0, None), (3, {"number": 2})])
+def test_a_step_whose_time_ends_leaves_what_it_has_kept(computer: Computer, count: int,
+                                                        kept: dict[str, int] | None) -> None:
+    pid = run(computer, process, seconds=60)
+    with pytest.raises(TimeEnded) as ended:
+        run(computer, keeping, count, seconds=1.0)
+    assert ended.value.kept == kept
+    assert 1.0 <= ended.value.seconds < 30
+    assert not is_running(pid)
+    assert run(computer, process) != pid
 
 
 def test_errors_come_back_and_a_crash_is_one(computer: Computer) -> None:

@@ -7,9 +7,11 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +19,9 @@ import pytest
 
 from slipstick.errors import InvalidValue
 from slipstick.machine import Workers, open_machine
+from slipstick.machine.bridge import Bridge
+from slipstick.machine.cases import Cases, Quantity
+from slipstick.machine.function import NoResult
 from slipstick.table import Table
 from worker import building, machine_plan, simulators
 from worker.__main__ import main
@@ -203,6 +208,95 @@ def test_an_um_bridge_server_gives_the_same_table(server: str, tmp_path: Path,
         assert message in capsys.readouterr().err
 
 
+class Answering(BaseHTTPRequestHandler):
+    """Answers every request with the status and the body of its server."""
+
+    def do_POST(self) -> None:
+        self.rfile.read(int(self.headers["Content-Length"]))
+        status, body = self.server.answer  # type: ignore[attr-defined]
+        self.send_response(status)
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        self.wfile.write(body.encode())
+
+    def log_message(self, *arguments: object) -> None:
+        """Say nothing."""
+
+
+@pytest.fixture(scope="module")
+def answering() -> Iterator[HTTPServer]:
+    """A server whose `answer`, status and body, tests set."""
+    with HTTPServer(("127.0.0.1", 0), Answering) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        yield server
+        server.shutdown()
+        thread.join()
+
+
+def evaluate(server: HTTPServer) -> float | NoResult:
+    cases = Cases((Quantity("load", "1"),), np.array([[2.0]]))
+    bridge = Bridge(f"http://127.0.0.1:{server.server_port}", "motor", (("load",),), {}, 5.0)
+    return bridge.run({}, cases)[0]
+
+
+@pytest.mark.parametrize(("status", "body", "says"), [
+    (500, "solver diverged", "status 500: solver diverged"),
+    (500, "500 Internal Server Error\n\nServer got itself in trouble", "status 500: Internal Server Error Server got"),
+    (500, "Traceback\n" + "  File x\n" * 200 + "ValueError: no root", "status 500: Traceback .*ValueError: no root"),
+    (500, "", "status 500: Internal Server Error"),
+    (200, "", r"no output of UM-Bridge, .*status 200: OK \(empty body\)"),
+    (404, "<html><head><title>x</title></head><h1>Not&nbsp;here</h1></html>", "status 404: Not here"),
+    (500, '{"error": {"type": "InvalidOutput", "message": "2 numbers"}}', "status 500: InvalidOutput: 2 numbers"),
+    (500, '{"error": "diverged"}', 'status 500: {"error": "diverged"}'),
+    (200, '{"output": [1.5]}', r'no output of UM-Bridge, .*status 200: {"output": \[1.5\]}'),
+    (200, '["nan"]', "no output of UM-Bridge, .*status 200"),
+    (200, '{"output": [[1.5, 2.5]]}', "the model 'motor' returned 2 numbers where 1 are needed: name the columns"),
+    (200, '{"output": [[]]}', "the model 'motor' returned 0 numbers"),
+])
+def test_an_answer_that_is_no_output_is_said_with_its_status(answering: HTTPServer, status: int, body: str,
+                                                             says: str) -> None:
+    answering.answer = status, body  # type: ignore[attr-defined]
+    result = evaluate(answering)
+    assert isinstance(result, NoResult)
+    assert re.match(says, str(result))
+    assert "\n" not in str(result)
+    assert len(str(result)) < 400
+
+
+@pytest.mark.parametrize("number", ["nan", "NaN", "null", "-nan", "inf", "-Infinity"])
+def test_a_number_that_is_none_is_no_output_of_a_server(answering: HTTPServer, number: str) -> None:
+    answering.answer = 200, f'{{"output": [[{number}]]}}'  # type: ignore[attr-defined]
+    result = evaluate(answering)
+    assert isinstance(result, float)
+    assert not np.isfinite(result)
+
+
+def test_a_server_that_stays_busy_stops_the_build_with_its_text(answering: HTTPServer,
+                                                                monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("slipstick.machine.bridge._PAUSES", (0.01,))
+    answering.answer = 503, "all licences taken"  # type: ignore[attr-defined]
+    with pytest.raises(InvalidValue, match="cannot be reached: status 503: all licences taken"):
+        evaluate(answering)
+
+
+def test_a_server_that_speaks_no_http_stops_the_build(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("slipstick.machine.bridge._PAUSES", ())
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        def hang_up() -> None:
+            connection, _ = listener.accept()
+            with connection:
+                connection.recv(1000)
+                connection.sendall(b"SSH-2.0\r\n")
+
+        thread = threading.Thread(target=hang_up)
+        thread.start()
+        bridge = Bridge(f"http://127.0.0.1:{listener.getsockname()[1]}", "motor", (("load",),), {}, 5.0)
+        with pytest.raises(InvalidValue, match="cannot be reached: SSH"):
+            bridge.run({"load": 1.0}, Cases((), np.empty((1, 0))))
+        thread.join()
+
+
 def test_a_worker_runs_no_simulator_that_it_was_not_given(trouble: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = open_machine(trouble / "machine.toml")
     workers = Workers(file, 1)
@@ -252,6 +346,9 @@ import time
 from pathlib import Path
 import numpy as np
 from slipstick.machine import Workers, open_machine
+from slipstick.machine.bridge import Bridge
+from slipstick.machine.cases import Cases, Quantity
+from slipstick.machine.function import NoResult
 
 if __name__ == "__main__":
     workers = Workers(open_machine(Path({str(trouble / "machine.toml")!r})), 1)

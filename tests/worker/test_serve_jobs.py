@@ -9,6 +9,7 @@ import subprocess
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ import httpx
 import pytest
 
 from slipstick.inference import table_problem
+from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
 from slipstick.uncertainty import fit
 from worker.__main__ import main
@@ -185,6 +187,61 @@ def test_killed_in_any_stage_a_study_ends_with_the_result_of_an_uninterrupted_on
 
 
 @pytest.mark.slow
+def test_a_fit_whose_time_budget_ends_is_partial_and_computed_anew_by_the_same_request(bench: Bench) -> None:
+    budget, body = 8.0, {"settings": {**ENDLESS, "generations": 10_000, "patience": 10_000}}
+    bench.submit("warm", **SHORT)  # so that the budget is not spent on imports
+    bench.follow("warm", ended)
+    bench.post("/v1/fits", "short-of-time", {**body, "time_budget": budget})
+    bench.follow("short-of-time", in_stage("search", 1))
+    bench.kill(bench.worker)
+    bench.work()
+    left = bench.follow("short-of-time", in_stage("search", 2))["progress"]["budget_left"]
+    assert 0 <= left < budget
+    assert bench.follow("short-of-time", ended, seconds=120)["status"] == "done"
+    stored = bench.client.get("/v1/fits/short-of-time/result").json()
+    result, partial = stored["result"], stored["result"]["partial"]
+    searched = f"{result['generations']} of at most 10000 generations of the search"
+    assert partial == {"budget": budget, "done": [searched],
+                       "missing": ["the rest of the search", "refinement", "intervals"]}
+    assert sum(stored["seconds"][stage] for stage in ("open", "search")) == pytest.approx(budget, abs=1.0)
+    assert result["mean"] == result["searched"]["mean"]
+    assert (result["refined"], result["intervals"]) == (False, [])
+    assert "Partial result:" in bench.client.get("/v1/fits/short-of-time/report").text
+    assert "Partial result: pressure bias" in bench.client.get("/").text
+
+    bench.post("/v1/fits", "short-of-time", body)  # the same but for the budget
+    bench.follow("short-of-time", in_stage("search", result["generations"] + 1))
+    bench.client.post("/v1/fits/short-of-time/cancel")
+
+
+def test_a_fit_without_time_says_so(bench: Bench) -> None:
+    bench.post("/v1/fits", "no-time", {"settings": SHORT, "time_budget": 1e-3})
+    assert bench.follow("no-time", ended)["problem"] == (
+        "The time budget of 0.001 s ended before the search began. Give a larger time budget.")
+    bench.post("/v1/fits", "no-time", {"settings": SHORT, "time_budget": 600})
+    assert bench.follow("no-time", ended)["status"] == "done"
+    assert bench.client.get("/v1/fits/no-time/result").json()["result"]["partial"] is None
+
+
+@pytest.mark.slow
+def test_a_study_whose_time_budget_ends_has_what_was_named_or_says_that_there_is_nothing(bench: Bench) -> None:
+    bench.post("/v1/studies", "no-time-study", {"recordings": "few", "time_budget": 0.01})
+    failed = bench.follow("no-time-study", ended, address="/v1/studies")
+    assert failed["problem"] == ("The time budget of 0.01 s ended before a block of the model was examined. Give a "
+                                 "larger time budget.")
+    bench.post("/v1/studies", "confirming", {"recordings": "measured", "time_budget": 20.0})
+    assert bench.follow("confirming", ended, address="/v1/studies")["status"] == "done"
+    result = bench.client.get("/v1/studies/confirming/result").json()["result"]
+    assert result["partial"]["budget"] == 20
+    assert result["partial"]["done"][0] == "the block “current → pressure”"
+    assert result["gap"] is None
+    assert result["before"] is None
+    assert result["sentence"].startswith("Partial answer, as the time budget ended. ")
+    assert "Partial result:" in bench.client.get("/v1/studies/confirming/report").text
+    assert bench.client.get("/v1/studies/confirming/model").status_code == 409
+
+
+@pytest.mark.slow
 def test_a_fit_does_not_wait_behind_a_study_but_a_study_does_until_it_is_cancelled(bench: Bench) -> None:
     for name in ("long-study", "next-study"):
         bench.post("/v1/studies", name, {"recordings": "measured"})
@@ -237,6 +294,20 @@ def test_a_fit_of_a_table_that_changed_meanwhile_fails_and_says_why(bench: Bench
     assert found["problem"] == "The table 'changing' changed after the fit was submitted. Submit the fit again."
     failed, = bench.client.get("/v1/fits?status=failed").json()["fits"]
     assert failed["problem"] == found["problem"]
+
+
+def test_jobs_with_recordings_that_cannot_be_of_their_bench_fail_in_their_first_step_and_say_why(bench: Bench) -> None:
+    few = Recordings.open(bench.tables / "few.h5")
+    assert few.signals is not None
+    reverse = replace(few, signals=replace(few.signals, output_torque=-few.signals["output_torque"]))
+    (bench.tables / "reverse.h5").write_bytes(reverse.to_bytes())
+    bench.post("/v1/studies", "study", {"recordings": "reverse"})
+    bench.post("/v1/fits", "fit", {"recordings": "reverse", "simulate": True, "settings": ENDLESS})
+    for found in (bench.follow("study", ended, address="/v1/studies"), bench.follow("fit", ended)):
+        assert found["status"] == "failed"
+        assert found["problem"].startswith("The output torque of the recordings has the opposite sign of that of the "
+                                           "simulation, in 24 of 24 engagements. If its sensor counts the other way")
+        assert found["progress"] is None or found["progress"].get("stage", "start") == "start"
 
 
 @pytest.mark.slow

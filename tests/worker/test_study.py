@@ -2,6 +2,8 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ from slipstick.study.record import result_from_dict
 from slipstick.study.result import BlockResult, SimulationResult
 from slipstick.table import Table
 from tests.benches import HEAVY, NOMINAL
+from worker import study
 from worker.__main__ import main
 from worker.study_text import study_text
 
@@ -85,6 +88,35 @@ def test_shifting_times_alone_are_studied(
     assert "No block was tested" in printed
     assert "Shifting times over the conditions" in printed
     assert "Shifting times over the conditions" in (tmp_path / "few.html").read_text()
+
+
+def test_a_study_ends_with_its_time_budget_at_the_next_step(
+        few_recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str],
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    few, clock = few_recordings / "few.h5", SimpleNamespace(now=0.0)
+    monkeypatch.setattr(study, "time", SimpleNamespace(monotonic=lambda: clock.now))
+
+    def conclude(*arguments: Any) -> Any:
+        clock.now = 61.0
+        return whole(*arguments)
+
+    whole = study.conclude
+    monkeypatch.setattr(study, "conclude", conclude)
+    assert main(["study", str(few), "--time-budget", "60", "--out", str(tmp_path / "few.json"),
+                 "--report", str(tmp_path / "few.html"), "--extended", str(tmp_path / "model.json")]) == 1
+    printed = capsys.readouterr()
+    assert printed.out.startswith("Warnings\n- Partial result: the time budget of 60 s ended before the job.")
+    assert "ended before there was an extended model, which was not written" in printed.err
+    result = result_from_dict(json.loads((tmp_path / "few.json").read_text())["result"])
+    assert result.partial
+    assert result.effects == ["stribeck_friction"]
+    assert "Partial result:" in (tmp_path / "few.html").read_text()
+    assert not (tmp_path / "model.json").exists()
+
+
+def test_a_study_without_time_says_so(few_recordings: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["study", str(few_recordings / "few.h5"), "--time-budget", "0"]) == 1
+    assert "The time budget of 0 s ended before a block of the model was examined" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("content", "message"), [

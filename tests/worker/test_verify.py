@@ -1,6 +1,8 @@
 import re
+import shutil
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ import pytest
 from slipstick.clutch.ensemble import DEFAULT, TIGHT, shifting_times
 from tests.benches import HEAVY, NOMINAL, TABLES
 from worker.__main__ import main
+from worker.bench_option import bench_file
 from worker.build import PAPER_AXES, read_axis
 from worker.building import build
 from worker.plan import Plan
@@ -78,3 +81,15 @@ def test_a_table_of_another_bench_is_refused(six_conditions, tmp_path, capsys):
     assert "Give --points 0 or more" in capsys.readouterr().err
     assert main([*verify, str(TABLES / "compact.toml")]) == 1
     assert "another bench than 'compact'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["mine", "mine.toml"])
+def test_the_name_of_a_bench_is_that_of_the_service(name, tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("SLIPSTICK_TABLES", str(tmp_path))
+    shutil.copy(TABLES / "compact.toml", tmp_path / "mine.toml")
+    assert main(["bench", "check", name]) == 0
+    assert "Compact-clutch test bench" in capsys.readouterr().out
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(TABLES / "heavy.toml", name)  # a file at the path itself goes before
+    assert bench_file(name) == Path(name)
+    assert bench_file(f"./{name}") == Path(name)

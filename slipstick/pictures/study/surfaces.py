@@ -31,7 +31,7 @@ def draw(result: StudyResult, fits: Mapping[str, Mapping[str, Any]]) -> Spec | N
     if None in surfaces or None in likelihoods.values() or surfaces[0]["axes"] != surfaces[1]["axes"]:
         return None
     best, improvement = max(likelihoods.values()), likelihoods["after"] - likelihoods["before"]
-    models, labels = {"before": result.before.model, "after": result.after.model}, model_series(result)
+    models, labels = result.models, model_series(result)
     shown = {axis: units.scale(models["before"]["units"][axis], models["before"]["parameters"][axis])
              for axis in surfaces[0]["axes"]}
     panels = {key: _panel(fit, {axis: factor * models[key]["parameters"][axis] for axis, (_, factor) in shown.items()},

@@ -97,6 +97,9 @@ def _confirmed(one: FindingResult) -> Entries:
     how = {"formula": "the formula of the catalogue", "measured law": "the measured law", "no": ""}
     if one.effect and one.confirmation.simulated == "measured law":
         how["measured law"] += ", which describes the recordings better than the formula of the catalogue"
+    if one.confirmation.simulated == "not computed":
+        return [("Simulation:", "not fitted, because the time budget ended before; the only evidence for the finding "
+                 "is that of the blocks.")]
     if one.confirmation.simulated == "no":
         return [("Simulation:", "it has no such quantity or dependence; the only evidence for the finding is that "
                  "of the blocks.")]

@@ -42,7 +42,7 @@ def same_fit(study: Mapping[str, Any], result: StudyResult, fits: Fits | None, p
 
 def numbers(result: StudyResult, fits: Fits) -> Iterator[tuple[str, ...]]:
     """Yield rows of a quantity and its value in each fit, in units, because the nominal values of the models differ."""
-    models = {"before": result.before.model, "after": result.after.model}
+    models = result.models
     likelihoods = [fit["result"]["log10_likelihood"] for fit in fits.values()]
     yield "log10 likelihood", *("−∞" if value is None else signed(value) for value in likelihoods)
     for kind in ("mean", "std"):

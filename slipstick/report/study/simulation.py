@@ -27,6 +27,9 @@ _UNITS = {"motor_speed": "rad/s", "load_inertia": "kg m²", "brake_torque": "N m
 
 def lead(result: StudyResult, settings: StudySettings) -> str:
     """What the answer means for predictions, or what it means that nothing was found."""
+    if result.partial is not None:
+        return ("The simulation of the whole bench was not fitted. Whether it supports the findings, their "
+                "coefficients and the size of their effects are not known.")
     if not result.blocks:
         return _untested(result)
     chi_square = [block.chi_square for block in result.blocks]
@@ -108,7 +111,9 @@ def gap(result: StudyResult, has_picture: bool) -> Section:
 
 
 def simulation(result: StudyResult) -> Section:
-    """Chi-square, parameters and scatter of the fits of the whole simulation."""
+    """Chi-square, parameters and scatter of the fits of the whole simulation; empty in a partial result."""
+    if result.before is None or result.after is None:
+        return Section("", [])
     fits = [result.before] if result.gap is None else [result.before, result.after]
     head = ("without", "with the findings")[:len(fits)] if len(fits) > 1 else ("model of the bench",)
     chi_square = [(channel(name), *(f"{fit.chi_square[name]:.2f}" for fit in fits)) for name in fits[0].chi_square]

@@ -16,7 +16,7 @@ _CONTROL = 0.5
 
 def warnings(result: StudyResult, aside: Columns | None = None) -> Entries:
     """All warnings of a result; none is good. `aside` are the conditions of the engagements that were set aside."""
-    found: Entries = []
+    found: Entries = [] if result.partial is None else [result.partial.warning]
     if result.closed:
         missing = dict.fromkeys(name for block in result.closed for name in block.missing)
         found.append((f"Not measured: {listed([channel(name) for name in missing])}.",
@@ -83,6 +83,8 @@ def _about(one: FindingResult, has_others: bool) -> Entries:
 def _simulation(result: StudyResult) -> Entries:
     """Whether the fits converged, and signals in which the simulation leaves more than noise."""
     found: Entries = []
+    if result.after is None:
+        return found
     if not result.after.converged:
         found.append(("Not converged:", "the fit of the simulation did not converge within its iterations. "
                       "Coefficients and the log-likelihood may be off."))

@@ -14,9 +14,9 @@ from slipstick.uncertainty.sampling import log10_mean_density, standard_normals
 class Output:
     """y(xi) + output_std N(0, 1) for n conditions; NaN where a condition has no expansion.
 
-    `output_std` is in s; a value of 0 gives the polynomial without noise. Quantiles and density are estimated from
-    `samples` (a power of two) seeded samples of the polynomial. With the default number the error of the 5 % quantile
-    is below 2 % of the std. Raises `InvalidValue`.
+    `output_std` is in the unit of the output, s for shifting times; a value of 0 gives the polynomial without noise.
+    Quantiles and density are estimated from `samples` (a power of two) seeded samples of the polynomial. With the
+    default number the error of the 5 % quantile is below 2 % of the std. Raises `InvalidValue`.
     """
 
     expansion: Expansion
@@ -27,7 +27,7 @@ class Output:
     def __post_init__(self) -> None:
         """Check the noise."""
         if not (np.isfinite(self.output_std) and self.output_std >= 0):
-            raise InvalidValue(f"The output std is {self.output_std} s", "Give 0 or a positive number of seconds")
+            raise InvalidValue(f"The output std is {self.output_std}", "Give 0 or a positive number")
 
     @property
     def mean(self) -> np.ndarray:

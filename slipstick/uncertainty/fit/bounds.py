@@ -47,12 +47,12 @@ def remarks(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray) -> 
     return [*_at_bounds(problem, space, optimum), *_outside(problem, space, optimum)]
 
 
-def polynomial_remarks(error: float | None, output_std: float) -> Iterator[Remark]:
-    """A remark if the `error` of the local expansions is large compared with the output std; both in s."""
+def polynomial_remarks(error: float | None, output_std: float, unit: str) -> Iterator[Remark]:
+    """A remark if the `error` of the local expansions is large compared with the output std; both in `unit`."""
     if error is not None and error > _FINE * output_std:
         yield Remark("refinement and intervals",
-                     f"The polynomials that replace the model have an error of {1e3 * error:.2g} ms, and the output "
-                     f"std is {1e3 * output_std:.2g} ms: the optimum and the ends of the intervals are approximate",
+                     f"The polynomials that replace the model have an error of {error:.2g} {unit}, and the output "
+                     f"std is {output_std:.2g} {unit}: the optimum and the ends of the intervals are approximate",
                      "Narrow std_bounds, or vary fewer inputs, because the model is strongly nonlinear over this "
                      "scatter")
 
@@ -72,7 +72,7 @@ def _at_bounds(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray) 
                          f"Build a table whose axis {problem.axes[index]} reaches {beyond}, and widen mean_bounds",
                          True)
         else:
-            unit = " s" if kind == "output std" else ""
+            unit = f" {problem.unit}" if kind == "output std" else ""
             yield Remark(name, f"The {name} is at its {side} bound, {natural[index]:.4g}{unit}", _REMEDIES[kind, side],
                          True)
 

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.errors import InvalidValue
+from slipstick.time_budget import Partial
 from slipstick.uncertainty.chaos.expansion import make_basis
 from slipstick.uncertainty.fit import classic
 from slipstick.uncertainty.fit.bounds import polynomial_remarks, remarks
@@ -38,9 +39,9 @@ SearchState = dict[str, Any]
 generations, the largest number of `generations`, and after each generation the best log10 likelihood, `history`, and
 its candidate, `path`. A block of the classic grid counts as a generation."""
 Estimate = dict[str, Any]
-"""JSON: the `vector` of unknowns (k,), the `polynomial_error` in s (None if the model was used directly), the
-`combinations` of the unknowns, and the `intervals` computed so far, first those of the unknowns, then those of the
-identified combinations, each with the `unknowns` (p, k) on natural scale at the points of its curve."""
+"""JSON: the `vector` of unknowns (k,), the `polynomial_error` in the unit of the output (None if the model was used
+directly), the `combinations` of the unknowns, and the `intervals` computed so far, first those of the unknowns, then
+those of the identified combinations, each with the `unknowns` (p, k) on natural scale at the points of its curve."""
 
 
 def initial_state(settings: FitSettings, problem: InferenceProblem) -> SearchState:
@@ -125,7 +126,7 @@ def refined_estimate(settings: FitSettings, problem: InferenceProblem, state: Se
 
 def has_all_intervals(settings: FitSettings, estimate: Estimate) -> bool:
     """Whether all intervals of the estimate have been computed."""
-    return not settings.intervals or len(estimate["intervals"]) == len(estimate["vector"]) + len(_identified(estimate))
+    return not settings.intervals or len(estimate["intervals"]) == _interval_count(estimate)
 
 
 def with_next_interval(settings: FitSettings, problem: InferenceProblem, estimate: Estimate) -> Estimate:
@@ -149,8 +150,23 @@ def with_next_interval(settings: FitSettings, problem: InferenceProblem, estimat
     return {**estimate, "intervals": [*intervals, entry]}
 
 
-def summary(settings: FitSettings, problem: InferenceProblem, state: SearchState, estimate: Estimate) -> dict[str, Any]:
-    """The result of a fit as JSON.
+def unfinished(settings: FitSettings, state: SearchState, estimate: Estimate | None) -> tuple[list[str], list[str]]:
+    """What a fit has done and what is missing, in words; without an `estimate`, it has not been refined."""
+    parts = [("search", is_finished(settings, state),
+              f"{state['generation']} of at most {state['generations']} generations of the search")]
+    if settings.refine:
+        parts.append(("refinement", estimate is not None, ""))
+    if settings.intervals:
+        count = 0 if estimate is None else len(estimate["intervals"])
+        some = f"{count} of {_interval_count(estimate)} intervals" if estimate is not None and count else ""
+        parts.append(("intervals", estimate is not None and has_all_intervals(settings, estimate), some))
+    done = [name if is_done else some for name, is_done, some in parts if is_done or some]
+    return done, [f"the rest of the {name}" if some else name for name, is_done, some in parts if not is_done]
+
+
+def summary(settings: FitSettings, problem: InferenceProblem, state: SearchState, estimate: Estimate,
+            partial: Partial | None = None) -> dict[str, Any]:
+    """The result of a fit as JSON; `partial` if its time budget ended before it was complete.
 
     `log10_likelihood` is the exact likelihood, per ms. `expansion_error` is the likelihood of the search at the same
     candidate minus the exact one, and `sampling_error` is the change by the last doubling of the integration lines,
@@ -183,10 +199,15 @@ def summary(settings: FitSettings, problem: InferenceProblem, state: SearchState
         "polynomial_error": estimate["polynomial_error"],
         "remarks": [asdict(remark) for remark in (
             *remarks(problem, space, vector),
-            *polynomial_remarks(estimate["polynomial_error"], candidate.output_std))],
+            *polynomial_remarks(estimate["polynomial_error"], candidate.output_std, problem.unit))],
         "generations": state["generation"],
         "history": list(state["history"]),
+        "partial": None if partial is None else asdict(partial),
     }
+
+
+def _interval_count(estimate: Estimate) -> int:
+    return len(estimate["vector"]) + len(_identified(estimate))
 
 
 def _identified(estimate: Estimate) -> list[dict[str, Any]]:

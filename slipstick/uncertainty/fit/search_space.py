@@ -33,7 +33,9 @@ def search_space(settings: FitSettings, problem: InferenceProblem) -> Unknowns:
     if np.any(lower >= upper):
         raise InvalidValue("The bounds of a mean lie outside the domain of the model",
                            f"Choose mean_bounds within {problem.lower} to {problem.upper}")
-    noise = np.log(settings.output_std_bounds)
+    bounds = settings.output_std_bounds or problem.output_std_bounds
+    problem.require_output_std(bounds[0])
+    noise = np.log(bounds)
     partial = np.full(d * (d - 1) // 2 if settings.correlated else 0, _CORRELATION)
     return Unknowns(problem.axes, families, support, settings.correlated,
                     np.concatenate([lower, np.log(std[:, 0]), noise[:1], -partial]),

@@ -29,7 +29,7 @@ class FitSettings:
 
     The unknowns are mean and std of each input, the output std and, with `correlated`, the correlations of the inputs.
     `families`, `mean_bounds` and `std_bounds` (multiples of nominal) contain one entry for all inputs, or one entry per
-    input. `output_std_bounds` are in s.
+    input. `output_std_bounds` are in the unit of the output, s for shifting times; None selects those of the problem.
 
     The `method` "genetic" evaluates `population` candidates per generation, for at most `generations` generations. It
     stops early if `patience` generations improve the likelihood by no more than `tolerance` decades; the refinement
@@ -47,7 +47,7 @@ class FitSettings:
     correlated: bool = False
     mean_bounds: tuple[Bounds, ...] = ((0.5, 1.5),)
     std_bounds: tuple[Bounds, ...] = ((0.002, 0.3),)
-    output_std_bounds: Bounds = (0.0005, 0.1)
+    output_std_bounds: Bounds | None = None
     method: Method = "genetic"
     population: int = 40
     generations: int = 80
@@ -80,11 +80,12 @@ class FitSettings:
         if self.samples < 1 or self.samples & (self.samples - 1):
             raise InvalidValue(f"samples is {self.samples}, which is not a power of two",
                                "Take 1024, 2048, 4096 and so on")
-        for bounds in (*self.mean_bounds, *self.std_bounds, self.output_std_bounds):
+        of_output = () if self.output_std_bounds is None else (self.output_std_bounds,)
+        for bounds in (*self.mean_bounds, *self.std_bounds, *of_output):
             if not (len(bounds) == 2 and np.all(np.isfinite(bounds)) and bounds[0] < bounds[1]):
                 raise InvalidValue(f"The bounds {bounds} are not a finite range",
                                    "Give (lower, upper), the smaller value first")
-        if min(low for low, _ in (*self.std_bounds, self.output_std_bounds)) <= 0:
+        if min(low for low, _ in (*self.std_bounds, *of_output)) <= 0:
             raise InvalidValue("A lower bound of a std is 0 or negative",
                                "Give a positive lower bound, because stds are searched on a log scale")
         if any(low < _LEAST_STD or high > LARGEST for low, high in self.std_bounds):

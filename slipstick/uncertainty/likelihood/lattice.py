@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 
-from slipstick.uncertainty.likelihood.lattice_points import inside, refinements
+from slipstick.uncertainty.likelihood.lattice_points import axes_of, inside, refinements
 from slipstick.uncertainty.likelihood.lattice_terms import add, beyond
 from slipstick.uncertainty.likelihood.lines import Moments
 from slipstick.uncertainty.likelihood.problem import Candidate, InferenceProblem, Lattice
@@ -26,14 +26,14 @@ from slipstick.uncertainty.likelihood.problem import Candidate, InferenceProblem
 _COARSEST = 0.8  # step of the first lattice in stds
 _PER_WIDTH = 2.0  # step of the first lattice relative to the width of the median ridge
 _BEFORE = math.sqrt(2)  # step before that, from which a first change is known
-MOST = 1 << 15
+MOST = 1 << 16
 """Default largest number of points."""
 _FEWEST_TERMS = 8.0  # smallest sum of a condition in units of its largest term: sums of fewer terms may agree by chance
 _BLOCK = 1024  # points per call of the model; their times remain in the cache of a core
-_RADIUS = 5.0  # radius of the disc of points in stds, to which the distance of the measured times is added
+_BESIDE = 5.0  # stds by which the points go beyond the most likely normals of all conditions
 _SUFFICIENT = 1.2  # step relative to the width of a ridge at which the relative error of a sum across it is 2e-6
-_SUFFICIENT_RADIUS = 4.5  # radius in stds beyond the distance of a measured time; outside is less than 1e-5 of it
-_MARGIN = 3.5  # smallest distance in stds of the largest term of a condition from the edge of the disc
+_SUFFICIENT_BESIDE = 4.5  # the same in stds where less than 1e-5 may be outside
+_MARGIN = 3.5  # smallest distance in stds of the largest term of a condition from the edges
 _LEAST = 1e-7
 """Smallest term that an optimizer's sum keeps, relative to the largest one of a condition: 1,000 smaller ones change a
 sum of `_FEWEST_TERMS` of the largest by 1e-5. Of 1,800 points, 1e-6, 1e-8 and 1e-10 keep 1,200, 1,500 and 1,600."""
@@ -41,28 +41,30 @@ _LN10 = math.log(10.0)
 
 
 def summed(problem: InferenceProblem, candidate: Candidate, slopes: np.ndarray, direction: np.ndarray,
-           distance: float, box: np.ndarray, tolerance: float,
+           expected: np.ndarray, box: np.ndarray, tolerance: float,
            most: int = MOST) -> tuple[np.ndarray, float, Lattice] | None:
     """log10 p per ms (n,), its estimated error, and the lattice.
 
     The error is the larger one of the last two changes, each summed over the conditions, in decades.
 
     `slopes` (d, n) are the derivatives of the times in s with respect to the standard normals, which are largest along
-    `direction` (d,); `distance` is the largest distance of a measured time from its mean in stds, and `box` (d, 2) are
-    the normal scores beyond which there are no points. None if the error is not below `tolerance` with `most` points,
-    or if a measured time may be beyond the disc of points.
+    `direction` (d,); `expected` (d, n) are the normals that a linear model expects for each measured time, and `box`
+    (d, 2) are the normal scores beyond which there are no points. None if the error is not below `tolerance` with
+    `most` points, or if the density of a measured time may be beyond the points.
     """
-    radius = _RADIUS + distance
-    step = _BEFORE * min(_COARSEST, _PER_WIDTH * float(np.median(_widths(slopes, candidate.output_std))))
+    edges = _edges(direction, expected, _BESIDE)
+    widths = np.median(_widths(slopes, direction, candidate.output_std), axis=1)
+    step = _BEFORE * np.minimum(_COARSEST, _PER_WIDTH * widths)
     before, last, parts, sums = None, math.inf, [], _Sums(problem, 1)
-    for normals, size in refinements(direction, step, radius, most):
+    for normals, size in refinements(direction, step, edges, most):
         sums.add(candidate, normals, box)
         parts.append(normals)
         density = sums.density(candidate.output_std, size, len(direction))
         change = math.inf if before is None else _change(before, density)
         error, last, before = max(change, last), change, density
         if error < tolerance and np.min(sums.rows[0]) > _FEWEST_TERMS:
-            is_covered = np.max(sums.squares) < (radius - _MARGIN) ** 2
+            at = sums.largest @ axes_of(direction)
+            is_covered = np.all((at > edges[:, 0] + _MARGIN) & (at < edges[:, 1] - _MARGIN))
             return (density, error, Lattice(np.concatenate(parts), size)) if is_covered else None
     return None
 
@@ -90,26 +92,37 @@ def density_and_moments(problem: InferenceProblem, candidate: Candidate, lattice
             Moments(moments[1:1 + d].T, second, 2 * candidate.output_std**2 * moments[0]))
 
 
-def sufficient(slopes: np.ndarray, direction: np.ndarray, noise: float, distance: float, most: int) -> Lattice | None:
+def sufficient(slopes: np.ndarray, direction: np.ndarray, noise: float, expected: np.ndarray,
+               most: int) -> Lattice | None:
     """A lattice whose error is below 1e-5 decades per condition for a linear model; arguments as for `summed`.
 
     None if it has more than about `most` points, because the noise is narrow or a measured time is far.
     """
-    step = min(_COARSEST, _SUFFICIENT * float(np.min(_widths(slopes, noise))))
-    return next((Lattice(*first) for first in refinements(direction, step, _SUFFICIENT_RADIUS + distance, most)), None)
+    step = np.minimum(_COARSEST, _SUFFICIENT * np.min(_widths(slopes, direction, noise), axis=1))
+    edges = _edges(direction, expected, _SUFFICIENT_BESIDE)
+    return next((Lattice(*first) for first in refinements(direction, step, edges, most)), None)
 
 
 def log10_density(lattice: Lattice, times: np.ndarray, measured: np.ndarray, noise: float) -> np.ndarray:
     """log10 p per ms (n,) from the times (m, n) of a model at the points of a lattice."""
     n, (m, d) = len(measured), lattice.normals.shape
-    peaks, squares, rows = np.full(n, -np.inf), np.zeros(n), np.zeros((1, n))
-    add(times, measured, noise, np.sum(lattice.normals**2, axis=1), np.empty((m, 0)), peaks, squares, rows)
+    peaks, rows = np.full(n, -np.inf), np.zeros((1, n))
+    add(times, measured, noise, np.sum(lattice.normals**2, axis=1), np.empty((m, 0)), peaks, np.empty(n), rows)
     return _density(peaks, rows[0], noise, lattice.size, d)
 
 
-def _widths(slopes: np.ndarray, noise: float) -> np.ndarray:
-    """The widths of the ridges in stds, shape (n,)."""
-    widths: np.ndarray = noise / np.sqrt(noise**2 + np.sum(slopes**2, axis=0))
+def _edges(direction: np.ndarray, expected: np.ndarray, beside: float) -> np.ndarray:
+    """The least and largest coordinates (d, 2) of points along the axes, which go `beside` stds beyond the expected."""
+    along = axes_of(direction).T @ expected
+    return np.column_stack([along.min(axis=1) - beside, along.max(axis=1) + beside])
+
+
+def _widths(slopes: np.ndarray, direction: np.ndarray, noise: float) -> np.ndarray:
+    """The std (d, n) of u along `direction` and across it, given the time of each condition, for slopes (d, n)."""
+    squares = np.array([(direction @ slopes) ** 2])
+    if len(direction) == 2:
+        squares = np.concatenate([squares, np.sum(slopes**2, axis=0) - squares])
+    widths: np.ndarray = np.sqrt(1 - squares / (noise**2 + np.sum(slopes**2, axis=0)))
     return widths
 
 
@@ -122,7 +135,7 @@ def _density(peaks: np.ndarray, sums: np.ndarray, noise: float, size: float, dim
 
 
 class _Sums:
-    """Sums (r, n) over points, in units of exp(`peaks`) (n,); `squares` (n,) are |u|^2 of the largest terms.
+    """Sums (r, n) over points, in units of exp(`peaks`) (n,); `largest` (n, d) are the points of the largest terms.
 
     The rows are the density, half the squared residual in units of the noise, u and the upper triangle of u u^T, or the
     density alone.
@@ -131,7 +144,7 @@ class _Sums:
     def __init__(self, problem: InferenceProblem, rows: int) -> None:
         n = len(problem.measured_time)
         self.problem, self.rows = problem, np.zeros((rows, n))
-        self.peaks, self.squares = np.full(n, -np.inf), np.zeros(n)
+        self.peaks, self.largest = np.full(n, -np.inf), np.zeros((n, len(problem.axes)))
 
     def add(self, candidate: Candidate, normals: np.ndarray, box: np.ndarray) -> None:
         """Add the points u (m, d) inside the box."""
@@ -140,8 +153,11 @@ class _Sums:
         for first in range(0, len(scores), _BLOCK):
             block = slice(first, first + _BLOCK)
             times = self.problem.model(candidate.inputs.at_scores(scores[block]), self.problem.conditions)
+            numbers = np.full(len(self.peaks), -1.0)
             add(np.ascontiguousarray(times), self.problem.measured_time, candidate.output_std, distances[block],
-                 monomials[block], self.peaks, self.squares, self.rows)
+                monomials[block], self.peaks, numbers, self.rows)
+            is_new = numbers >= 0
+            self.largest[is_new] = normals[block][numbers[is_new].astype(int)]
 
     def density(self, noise: float, size: float, dimension: int) -> np.ndarray:
         """log10 p per ms (n,) for cells of this size."""

@@ -1,9 +1,9 @@
 """The points of lattices of standard normals, and their refinements.
 
 As a function of the standard normals, the density of a time is a ridge across the direction in which the time changes.
-A lattice whose rows are parallel to the ridge resolves it worst. The rows are therefore turned by 22.5 degrees from the
-direction in which the times of all conditions change most; a refinement turns them by 45 degrees, and thus preserves
-this angle.
+For two inputs, the rows of a lattice are along the direction in which the times of all conditions change most, with a
+step of its own along and across it: a ridge needs many points across it, and few along it. Each row is shifted against
+the next one by an irrational share of the step, so that no two have their points at the same places across the ridges.
 """
 
 import math
@@ -12,44 +12,53 @@ from collections.abc import Iterator
 import numba
 import numpy as np
 
-_TURN = math.pi / 8
+_SHEAR = math.sqrt(2) - 1
+"""Shift of a row against the next one, as a share of the step."""
 
 
-def refinements(direction: np.ndarray, step: float, radius: float,
+def axes_of(direction: np.ndarray) -> np.ndarray:
+    """The axes of a lattice, columns (d, d): the `direction` (d,) and the one across it."""
+    return direction[:, None] if len(direction) == 1 else np.array([[direction[0], -direction[1]],
+                                                                    [direction[1], direction[0]]])
+
+
+def refinements(direction: np.ndarray, steps: np.ndarray, edges: np.ndarray,
                 most: int) -> Iterator[tuple[np.ndarray, float]]:
     """The points (m, d) of the first lattice and then those that each refinement adds, with the size of the cells.
 
-    Ends where there would be more than about `most` points in total.
+    `steps` (d,) are those along the axes of `direction`, and `edges` (d, 2) the least and largest coordinates. Ends
+    where there would be more than about `most` points in total.
     """
-    volume = 2 * radius if len(direction) == 1 else math.pi * radius**2
-    if len(direction) == 1:
-        cell, halved = np.array([[step]]), np.array([[0.5]])
-    else:
-        along, turn = np.array([[direction[0], -direction[1]], [direction[1], direction[0]]]), _TURN
-        cell = step * along @ np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
-        halved = np.array([[0.5, 0.5], [0.5, -0.5]])
-    size, shift = step ** len(cell), np.zeros(len(cell))
+    cell = np.diag(steps)
+    cell[0, 1:] = _SHEAR * steps[0]
+    halved = np.array([[0.5]]) if len(steps) == 1 else np.array([[0.5, 0.5], [0.5, -0.5]])
+    volume, size, shift = float(np.prod(edges[:, 1] - edges[:, 0])), float(np.prod(steps)), np.zeros(len(cell))
     while volume / size <= most:
-        yield _disc(cell, shift, radius), size
+        yield _rectangle(cell, np.linalg.inv(cell), shift, edges) @ axes_of(direction).T, size
         if shift.any():
             cell = cell @ halved
         shift, size = cell.sum(axis=1) / 2, size / 2
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _disc(cell: np.ndarray, shift: np.ndarray, radius: float) -> np.ndarray:
-    """The points shift + cell k with integers k that are at most `radius` from the origin: shape (m, d), d < 3."""
+def _rectangle(cell: np.ndarray, inverse: np.ndarray, shift: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """The points shift + cell k with integers k that are within the edges (d, 2): shape (m, d), d < 3."""
     d = len(shift)
-    most = int(radius / math.sqrt(np.sum(cell[:, 0] ** 2))) + 1
-    others = most if d == 2 else 0
-    points, m = np.empty(((2 * most + 1) * (2 * others + 1), d)), 0
-    for i in range(-most, most + 1):
-        for j in range(-others, others + 1):
-            square = 0.0
+    first, last = np.zeros(2, np.int64), np.zeros(2, np.int64)
+    for axis in range(d):
+        low = high = 0.0
+        for other in range(d):
+            ends = inverse[axis, other] * (edges[other] - shift[other])
+            low, high = low + min(ends[0], ends[1]), high + max(ends[0], ends[1])
+        first[axis], last[axis] = math.floor(low), math.ceil(high)
+    points, m = np.empty(((last[0] - first[0] + 1) * (last[1] - first[1] + 1), d)), 0
+    for i in range(first[0], last[0] + 1):
+        for j in range(first[1], last[1] + 1):
+            is_inside = True
             for axis in range(d):
-                points[m, axis] = shift[axis] + cell[axis, 0] * i + cell[axis, d - 1] * j
-                square += points[m, axis] ** 2
-            if square <= radius * radius:
+                points[m, axis] = shift[axis] + cell[axis, 0] * i + (cell[axis, 1] * j if d == 2 else 0.0)
+                is_inside &= edges[axis, 0] <= points[m, axis] <= edges[axis, 1]
+            if is_inside:
                 m += 1
     return points[:m]
 

@@ -30,15 +30,16 @@ def beyond(times: np.ndarray, measured: np.ndarray, noise: float, distances: np.
 
 @numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, pipeline_class=WideCompiler)
 def add(times: np.ndarray, measured: np.ndarray, noise: float, distances: np.ndarray, monomials: np.ndarray,
-        peaks: np.ndarray, squares: np.ndarray, sums: np.ndarray) -> None:
+        peaks: np.ndarray, largest: np.ndarray, sums: np.ndarray) -> None:
     """Add the terms exp(-(|u|^2 + ((t - y) / s)^2) / 2) of the points to `sums` (r, n), in units of exp(`peaks`) (n,).
 
     The rows are the density, half the squared residual in units of the noise, and the `monomials` (m, r - 2) of u, or
-    the density alone. `distances` (m,) are |u|^2, and `squares` (n,) those of the largest terms. A term for which the
+    the density alone. `distances` (m,) are |u|^2. `largest` (n,) becomes the number of the point with the largest term
+    where that is larger than `peaks`. A term for which the
     time is NaN is negligible.
     """
     scale, before = math.sqrt(0.5) / noise, peaks.copy()
-    _raise_peaks(times, measured, scale, distances, peaks, squares)
+    _raise_peaks(times, measured, scale, distances, peaks, largest)
     for i in range(len(peaks)):
         factor = math.exp(before[i] - peaks[i]) if before[i] < peaks[i] else 1.0
         for row in range(sums.shape[0]):
@@ -54,15 +55,15 @@ def add(times: np.ndarray, measured: np.ndarray, noise: float, distances: np.nda
 
 @numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, pipeline_class=WideCompiler)
 def _raise_peaks(times: np.ndarray, measured: np.ndarray, scale: float, distances: np.ndarray, peaks: np.ndarray,
-                 squares: np.ndarray) -> None:
+                 largest: np.ndarray) -> None:
     for k in range(times.shape[0]):
-        distance = distances[k]
+        distance, number = distances[k], float(k)  # a number as wide as the others, for vector instructions
         for i in range(times.shape[1]):
             residual = scale * (measured[i] - times[k, i])
             term = -0.5 * distance - residual * residual
             is_larger = term > peaks[i]  # false for NaN
             peaks[i] = term if is_larger else peaks[i]
-            squares[i] = distance if is_larger else squares[i]
+            largest[i] = number if is_larger else largest[i]
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, pipeline_class=WideCompiler)

@@ -8,6 +8,7 @@ lines, and `by_sampling` averages over samples of the expansion, as in the paper
 given accuracy grows as the output noise decreases, and with the distance of a measured time from the predicted times.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -18,6 +19,7 @@ from slipstick.uncertainty.inputs import Inputs
 from slipstick.uncertainty.likelihood import lattice, lines
 from slipstick.uncertainty.likelihood.line_rules import ACROSS, WINDOW, along, domain, knotted
 from slipstick.uncertainty.likelihood.problem import Candidate, InferenceProblem, Lattice
+from slipstick.uncertainty.likelihood.replicates import LikelihoodEstimate, Target, expected_normals, integrate
 from slipstick.uncertainty.sampling import log10_mean_density
 
 SAMPLES = 4096
@@ -31,8 +33,10 @@ _MOST_IN_SEARCH = 1 << 10  # points of a lattice of an expansion; more take as l
 MOST_LINES = 1024
 KNOTTED = 2
 """Largest number of inputs for which lines have breakpoints at knots; for three such a rule needs too many points."""
+_ROUNDING, _CURVED = 5e-6, 2e-4  # decades per condition: see `exact`, the second for inputs that are not normal
 _DEPENDENT = 1e-6  # determinant of the factor below which the inputs count as perfectly correlated
 _FURTHEST = 60.0  # largest half length of a line in stds
+_LINEAR = 4.0  # distance in stds of a measured time from which on that of a linear model is not relied on
 
 
 def exact(problem: InferenceProblem, candidate: Candidate, count: int = ACROSS, seed: int = 1) -> np.ndarray:
@@ -49,38 +53,85 @@ def exact(problem: InferenceProblem, candidate: Candidate, count: int = ACROSS, 
 
 
 def converged(problem: InferenceProblem, candidate: Candidate, seed: int = 1, tolerance: float = TOLERANCE,
-              lattices: bool = True) -> tuple[np.ndarray, float]:
-    """As `exact` with an adaptive number of points: log10 p (n,), and the error of their sum in decades.
+              lattices: bool = True) -> LikelihoodEstimate:
+    """The likelihood with an adaptive number of points, and its error.
 
-    For a model with knots and up to two inputs, the points are a lattice (lattice.py), or the lines of `exact`, with an
-    error of 0, if the output noise is too narrow for it or without `lattices`. Otherwise the number of lines is doubled
-    until the error is below `tolerance`, or `MOST_LINES` is reached. The error is the change by the last
-    refinement.
+    For a model with knots and up to two inputs, the points are a lattice (lattice.py), or the lines of `exact` if the
+    output noise is too narrow for it or without `lattices`. Otherwise the number of lines (replicates.py) is doubled
+    until the error is below `tolerance`, or `MOST_LINES` is reached.
     """
     if is_knotted(problem, candidate.inputs):
         summed = by_lattice(problem, candidate, tolerance) if lattices else None
-        return summed[:2] if summed else (exact(problem, candidate, ACROSS, seed), 0.0)
-    count, likelihood, error = ACROSS, exact(problem, candidate, ACROSS, seed), 0.0
-    while count < MOST_LINES:
+        if summed:
+            return LikelihoodEstimate(summed[0], summed[1] + _unresolved(problem, candidate))
+        return with_lines(problem, candidate, ACROSS, seed)
+    count = ACROSS
+    estimate = with_lines(problem, candidate, count, seed)
+    while estimate.error > tolerance and count < MOST_LINES:
         count *= 2
-        before, likelihood = likelihood, exact(problem, candidate, count, seed + count)
-        error = abs(float(likelihood.sum() - before.sum()))
-        if error < tolerance:  # never true for NaN, the difference of two likelihoods of 0
-            break
-    return likelihood, error
+        estimate = with_lines(problem, candidate, count, seed + count)
+    return estimate
 
 
-def integration_lines(problem: InferenceProblem, candidate: Candidate, count: int = ACROSS,
-                      seed: int = 1) -> lines.Lines:
-    """The lines along which `exact` integrates the model for the candidate."""
+def with_lines(problem: InferenceProblem, candidate: Candidate, count: int = ACROSS,
+               seed: int = 1) -> LikelihoodEstimate:
+    """The likelihood with a given number of lines, and its error.
+
+    For a model with knots and up to two inputs, lines between the knots are as many as these require. Where a measured
+    time is far, their rule, which is chosen at the mean of the inputs, may be too coarse: one node less for each of its
+    pieces shows what it leaves out. For inputs that are not normal, other lines are used there.
+    """
+    inputs = candidate.inputs
+    centre, of_scores = centre_slopes(problem, inputs)
+    unresolved = _unresolved(problem, candidate)
+    if is_knotted(problem, inputs):
+        distance = _distance(problem.measured_time, centre, inputs.factor.T @ of_scores, candidate.output_std)
+        is_near = distance < _LINEAR
+        if is_near or set(inputs.families) == {"normal"}:
+            density = exact(problem, candidate)
+            return LikelihoodEstimate(density, unresolved + (
+                0.0 if is_near or inputs.dimension == 1 else _left_out(problem, candidate, density)))
+    estimate = integrate(_target(problem, candidate, centre, of_scores), count, seed)
+    return LikelihoodEstimate(estimate.density, estimate.error + unresolved)
+
+
+def _left_out(problem: InferenceProblem, candidate: Candidate, density: np.ndarray) -> float:
+    """The change of the sum over log10 p (n,) between knots by the last node of each piece across the lines."""
+    quadrature = integration_lines(problem, candidate, more=-1)
+    times = times_on_lines(problem, candidate.inputs, quadrature)
+    fewer = lines.log10_density(quadrature, times, problem.measured_time, candidate.output_std)
+    with np.errstate(invalid="ignore"):  # two likelihoods of 0
+        change = abs(float(density.sum() - fewer.sum()))
+    return change if math.isfinite(change) else math.inf
+
+
+def _target(problem: InferenceProblem, candidate: Candidate, centre: np.ndarray, of_scores: np.ndarray) -> Target:
+    """The model as a function of standard normals; `of_scores` (d, n) are its derivatives by the normal scores."""
+    inputs = candidate.inputs
+    return Target(lambda normals: problem.model(inputs.points(normals), problem.conditions), np.nan_to_num(centre),
+                  inputs.factor.T @ of_scores, problem.measured_time, candidate.output_std)
+
+
+def _unresolved(problem: InferenceProblem, candidate: Candidate) -> float:
+    """What no refinement shows: rounding, and the interpolation between the knots of a model, in decades."""
+    is_linear = not is_knotted(problem, candidate.inputs) or set(candidate.inputs.families) == {"normal"}
+    return len(problem.measured_time) * (_ROUNDING if is_linear else _CURVED)
+
+
+def integration_lines(problem: InferenceProblem, candidate: Candidate, count: int = ACROSS, seed: int = 1,
+                      more: int = 0) -> lines.Lines:
+    """The lines along which `exact` integrates the model for the candidate, with `more` nodes (see `knotted`)."""
     inputs, noise = candidate.inputs, candidate.output_std
     centre, slopes = centre_slopes(problem, inputs)
-    reach = WINDOW + _distance(problem.measured_time, centre, inputs.factor.T @ slopes, noise)
+    distance = _distance(problem.measured_time, centre, inputs.factor.T @ slopes, noise)
     if is_knotted(problem, inputs):
         assert problem.knots is not None
-        return knotted(inputs, problem.knots, slopes, noise, min(reach, _FURTHEST))
+        if distance > _LINEAR:
+            normals = _target(problem, candidate, centre, slopes).most_likely()
+            distance = float(np.max(np.linalg.norm(normals, axis=0)))
+        return knotted(inputs, problem.knots, slopes, noise, min(WINDOW + distance, _FURTHEST), more)
     direction = steepest_direction(inputs, slopes) if problem.direction is None else problem.direction
-    return along(direction, inputs.factor, min(reach, 2 * WINDOW), count, seed)
+    return along(direction, inputs.factor, WINDOW + min(distance, WINDOW), count, seed)
 
 
 def precise(problem: InferenceProblem, candidate: Candidate) -> tuple[np.ndarray, Lattice | None]:
@@ -109,7 +160,8 @@ def by_lattice(problem: InferenceProblem, candidate: Candidate, tolerance: float
     centre, of_scores = centre_slopes(problem, inputs)
     slopes = inputs.factor.T @ of_scores
     distance = _distance(problem.measured_time, centre, slopes, candidate.output_std)
-    return lattice.summed(problem, candidate, slopes, _leading(slopes), distance, _box(problem, inputs, distance),
+    expected = expected_normals(problem.measured_time - centre, slopes, candidate.output_std)
+    return lattice.summed(problem, candidate, slopes, _leading(slopes), expected, _box(problem, inputs, distance),
                           tolerance, most)
 
 
@@ -164,8 +216,8 @@ def by_expansion(problem: InferenceProblem, candidates: Sequence[Candidate], set
         slopes, points = expansion.linear, None
         direction = _leading(slopes)
         if count is None and inputs.dimension <= KNOTTED:
-            distance = _distance(measured, expansion.mean, slopes, noise)
-            points = lattice.sufficient(slopes, direction, noise, distance, _MOST_IN_SEARCH)
+            expected = expected_normals(measured - expansion.mean, slopes, noise)
+            points = lattice.sufficient(slopes, direction, noise, expected, _MOST_IN_SEARCH)
         if points is None:
             quadrature = along(direction, np.eye(inputs.dimension), WINDOW, count or ACROSS)
             times = expansion.at(inputs.germs_of(quadrature.scores))
@@ -184,6 +236,21 @@ def by_sampling(problem: InferenceProblem, candidates: Sequence[Candidate], sett
         times = expansion.at(candidate.inputs.germs_of(normals))
         likelihood[row] = log10_mean_density(times, problem.measured_time, candidate.output_std)
     return likelihood
+
+
+def compared(problem: InferenceProblem, candidates: Sequence[Candidate], likelihood: np.ndarray,
+             seed: int = 1) -> list[LikelihoodEstimate]:
+    """The likelihood (c, n) by expansion or sampling with its error: the difference to that of `converged`.
+
+    It contains the error of the expansions, which their own terms do not show at kinks and far from their nodes, and
+    that of the mean over samples, whose spread does not show that no sample is near a measured time.
+    """
+    estimates = []
+    for candidate, density in zip(candidates, likelihood, strict=True):
+        reference = converged(problem, candidate, seed)
+        error = abs(float(density.sum() - reference.density.sum())) + reference.error
+        estimates.append(LikelihoodEstimate(density, error if math.isfinite(error) else math.inf))
+    return estimates
 
 
 def _expansions(problem: InferenceProblem, candidates: Sequence[Candidate],

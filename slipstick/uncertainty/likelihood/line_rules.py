@@ -37,11 +37,12 @@ Knots = tuple[np.ndarray, ...]
 """Increasing values of each input between which a model is linear."""
 
 
-def knotted(inputs: Inputs, knots: Knots, slopes: np.ndarray, noise: float, reach: float) -> Lines:
+def knotted(inputs: Inputs, knots: Knots, slopes: np.ndarray, noise: float, reach: float, more: int = 0) -> Lines:
     """Lines for a model of one or two inputs, not perfectly correlated, that is linear between `knots`.
 
     `slopes` (d, n) are the derivatives of the times in s with respect to each normal score, `noise` is the output std
-    in s, and `reach` is the largest half length of a line in stds.
+    in s, `reach` is the largest half length of a line in stds, and `more` the number of additional Gauss nodes per
+    piece of the rule across the lines.
     """
     inner = int(np.argmax(np.median(np.abs(slopes), axis=1)))  # the input along the lines
     if inputs.dimension == 1:
@@ -51,7 +52,7 @@ def knotted(inputs: Inputs, knots: Knots, slopes: np.ndarray, noise: float, reac
         correlation = float(inputs.factor[0] @ inputs.factor[1])
         scale = np.sqrt(1.0 - correlation**2)
         width = noise / max(noise, float(np.nanmax(np.abs(slopes[1 - inner]))))
-        nodes, log_weight = _composite(_breaks(inputs, knots, 1 - inner, np.zeros(1), 1.0, reach)[0], width)
+        nodes, log_weight = _composite(_breaks(inputs, knots, 1 - inner, np.zeros(1), 1.0, reach)[0], width, more)
         across, shift = nodes[:, None], correlation * nodes
         factor = np.array([[scale, correlation], [0.0, 1.0]])[[inner, 1 - inner]]
     breakpoints = _breaks(inputs, knots, inner, shift, scale, reach)
@@ -117,13 +118,13 @@ def _breaks(inputs: Inputs, knots: Knots, axis: int, shift: np.ndarray, scale: f
     return np.concatenate([low, np.clip(inside, low, high), high], axis=1)
 
 
-def _composite(breaks: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
+def _composite(breaks: np.ndarray, width: float, more: int) -> tuple[np.ndarray, np.ndarray]:
     """Nodes and log weights of composite Gauss rules between the breakpoints; the weights include the density."""
     nodes, weights = [], []
     for low, high in pairwise(breaks):
         pieces = int(np.ceil((high - low) / _PIECE))
         half = (high - low) / pieces / 2
-        count = min(_MOST_NODES, _FEWEST_NODES + int(np.ceil(_NODES_PER_WIDTH * 2 * half / width)))
+        count = min(_MOST_NODES, _FEWEST_NODES + int(np.ceil(_NODES_PER_WIDTH * 2 * half / width))) + more
         roots, root_weights = _gauss_legendre(count)
         centres = low + half * (2 * np.arange(pieces) + 1)
         nodes.append((centres[:, None] + half * roots).ravel())

@@ -41,6 +41,7 @@ class NaturalLikelihood:
         d = len(self.problem.axes)
         try:
             candidate = Candidate(Inputs(vector[:d], vector[d:2 * d]), float(vector[2 * d]))
+            self.problem.require_output_std(candidate.output_std)
         except InvalidValue:
             return -np.inf
         return float(exact(self.problem, candidate).sum())
@@ -52,6 +53,7 @@ class NaturalLikelihood:
         if not np.all(scales > 0):
             raise InvalidValue("The likelihood has no derivatives at a std of 0 or less",
                                "Give a positive std of every input and of the output")
+        self.problem.require_output_std(float(vector[2 * d]))
         logarithmic = np.concatenate([vector[:d], np.log(scales)])
         density, gradient = density_and_gradient(self.problem, self._unknowns, logarithmic)
         if not np.isfinite(density).all() or not np.isfinite(gradient).all():

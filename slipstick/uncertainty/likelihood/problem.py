@@ -9,7 +9,8 @@ from slipstick.errors import InvalidValue
 from slipstick.uncertainty.inputs import Inputs
 from slipstick.uncertainty.likelihood.line_rules import Knots
 
-_LEAST_NOISE, _MOST_NOISE = 1e-15, 1e6  # range of the output std in s whose squares neither underflow nor overflow
+_LEAST_NOISE, _MOST_NOISE = 1e-100, 1e100  # range of the output std whose squares neither underflow nor overflow
+_RESOLUTION = 1e-15  # rounding error of the outputs relative to the largest, below which no noise can be told
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +33,10 @@ class ShiftingTimeModel(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class InferenceProblem:
-    """A model, conditions, their measured times (n,) in s, and the domain of the model, the box `lower`, `upper` (d,).
+    """A model, conditions, their measured times (n,), and the domain of the model, the box `lower`, `upper` (d,).
+
+    Times, or the outputs of another machine that take their place, are in `unit`. A fit searches the std of their noise
+    within `output_std_bounds` by default; unless given, they are those of shifting times.
 
     `axes` are the names of the d inputs. `knots` are the values of each input between which the model is linear, or
     None. `direction` (d,) is the direction of the integration lines in the space of the standard normals, for a model
@@ -49,6 +53,8 @@ class InferenceProblem:
     knots: Knots | None = None
     direction: np.ndarray | None = None
     lattice: Lattice | None = None
+    unit: str = "s"
+    output_std_bounds: tuple[float, float] = (0.0005, 0.1)
 
     def __post_init__(self) -> None:
         """Check the shapes, and that the measured times are finite."""
@@ -59,10 +65,17 @@ class InferenceProblem:
             raise InvalidValue("The measured times are not one finite number per condition",
                                "Leave out the conditions without a measured shifting time")
 
+    def require_output_std(self, output_std: float) -> None:
+        """Raise `InvalidValue` if the output noise is less than the rounding errors of the measured times."""
+        least = _RESOLUTION * float(np.max(np.abs(self.measured_time), initial=0.0))
+        if output_std < least:
+            raise InvalidValue(f"The output std is {output_std:.4g} {self.unit}, less than the rounding errors of the "
+                               "measurements", f"Give more, such as {10 * least:.1g} {self.unit}")
+
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """Inputs and the std of the additive output noise in s, from 1e-15 to 1e6. Raises `InvalidValue`."""
+    """Inputs and the std of the additive output noise, in the unit of the output. Raises `InvalidValue`."""
 
     inputs: Inputs
     output_std: float
@@ -70,5 +83,5 @@ class Candidate:
     def __post_init__(self) -> None:
         """Check the output std; without noise the density is undefined."""
         if not _LEAST_NOISE <= self.output_std <= _MOST_NOISE:
-            raise InvalidValue(f"The output std is {self.output_std} s",
-                               f"Give a value from {_LEAST_NOISE:g} s to {_MOST_NOISE:g} s")
+            raise InvalidValue(f"The output std is {self.output_std}, which is not a positive number",
+                               f"Give a number from {_LEAST_NOISE:g} to {_MOST_NOISE:g}, in the unit of the output")

@@ -95,6 +95,18 @@ def test_a_missing_effect_raises_chi_square_although_every_run_has_its_own_param
     assert within.model.effects == hidden.effects
 
 
+def test_a_calibration_whose_time_budget_ends_is_partial() -> None:
+    whole, iterations = calibrated(COMPACT, 3), list[int]()
+    partial = calibrate(recordings(COMPACT, 3), COMPACT, report=lambda _, count, __: iterations.append(count),
+                        budget=0.0)
+    assert iterations == [1]
+    assert partial.spec()["partial"] == {"budget": 0.0, "done": ["iterations: 1"], "missing": ["convergence"]}
+    assert not partial.converged
+    assert report(partial).startswith("Partial result: the time budget of 0 s ended before the job.")
+    assert whole.spec()["partial"] is None
+    assert "Partial" not in report(whole)
+
+
 def test_the_result_says_of_which_bench_it_is() -> None:
     spec = calibrated(COMPACT, 3).spec()
     assert (spec["bench"], spec["bench_digest"]) == ("compact", COMPACT.digest)

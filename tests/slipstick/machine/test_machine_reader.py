@@ -69,6 +69,8 @@ def test_an_um_bridge_model_takes_its_arguments_by_name(folder: Path) -> None:
     ("range = [0.6, 1.4]", "range = [0.6]", "line 14, inputs.resistance.range: there are 1 numbers"),
     ("range = [0.6, 1.4]", "range = [1.4, 0.6]", "'resistance' is 1.2 ohm times 1.4 to 0.6"),
     ('"1.2 ohm"', '"0 ohm"', "Give a nominal value other than 0"),
+    ('"1.2 ohm"', '"1.2ohm"', "inputs.resistance.nominal: '1.2ohm' has no unit. Write a number, a space and its unit"),
+    ('"1.2 ohm"', '"1,2 ohm"', "Write a number with a decimal point, a space and its unit"),
     ('nominal = "1.2 ohm"\n', "", "inputs.resistance.nominal: the key is missing.*docs/any_machine.md"),
     ("[12, 12, 18, 18, 24, 24]", "[12, 12]", "line 24, conditions.inertia: there are 6 numbers, but 2 of 'voltage'"),
     ("voltage =", "friction =", "A name stands for more than one thing"),
@@ -95,7 +97,7 @@ def test_measurements_are_in_the_units_of_the_machine(folder: Path) -> None:
     np.testing.assert_allclose(found.conditions.values, [[12, 0.002]] * 2)
     again = Measurements.read(found.to_bytes())
     assert (again.digest, again.description) == (found.digest, "a bench")
-    for change, message in ((b"[ms]", r"run_up_time \[s\]"), (b",590", "Row 4 has 2 cells")):
+    for change, message in ((b"[ms]", "'V' cannot be converted to s"), (b",590", "Row 4 has 2 cells")):
         with pytest.raises(BadRecording, match=message):
             Measurements.read_csv(content.replace(change, b"" if change == b",590" else b"[V]"), machine)
 

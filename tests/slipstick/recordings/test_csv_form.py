@@ -98,12 +98,21 @@ def test_errors_name_row_and_column(shipped, row, column, cell, message):
         Recordings.read(sheet(COLUMNS, rows), "csv", profiles=PROFILES)
 
 
+def test_a_refused_number_of_another_unit_is_said_in_that_of_the_model(shipped):
+    rows = rows_of(shipped, 2)
+    rows[1][4] = 5000
+    with pytest.raises(BadRecording, match=r"column 'shifting_time \[ms\]': 5 s exceeds .* in the unit of the column"):
+        Recordings.read(sheet([*COLUMNS[:4], "shifting_time [ms]"], rows), "csv", profiles=PROFILES)
+
+
 @pytest.mark.parametrize(("columns", "message"), [
     (COLUMNS[:4], r"The column 'shifting_time \[s\]' is missing"),
     ([*COLUMNS[:4], "shifting_tme [s]"], r"'shifting_tme \[s\]' is unknown\. Did you mean 'shifting_time \[s\]'"),
-    ([*COLUMNS[:4], "shifting_time"], r"the unit is missing; the model uses s\. Name it 'shifting_time \[s\]'"),
-    ([*COLUMNS[:4], "shifting_time [bar]"], r"'bar' cannot be converted to s .*Name it 'shifting_time \[s\]'"),
-    (["current_profile", "motor_speed [1/min]", *COLUMNS[2:]], r"which angle.*Name it 'motor_speed \[rad/s\]'"),
+    ([*COLUMNS[:4], "shifting_time"], r"the unit is missing; the model uses s\. Write the unit of its numbers"),
+    ([*COLUMNS[:4], "shifting_time [bar]"], r"'bar' cannot be converted to s .*State the unit"),
+    (["current_profile", "motor_speed [1/min]", *COLUMNS[2:]], r"which angle.*Write rpm .* in its place if it counts "
+     r"revolutions, .* or convert the numbers to rad/s"),
+    (["current_profile", "motor_spd [rpm]", *COLUMNS[2:]], r"Did you mean 'motor_speed \[rpm\]'"),
     ([*COLUMNS, COLUMNS[0]], "'current_profile' appears more than once"), ([";".join(COLUMNS)], "by commas"),
 ])
 def test_columns_are_identified_by_name_and_unit(shipped, columns, message):

@@ -253,3 +253,11 @@ def test_recordings_without_some_of_the_signals_are_read_as_they_were_written(sh
     assert read.digest == partial.digest != shipped.digest
     with pytest.raises(BadRecording, match="The recordings have no output torque"):
         read.signals["output_torque"]
+
+
+def test_a_table_is_called_a_table(copy):
+    with h5py.File(copy, "r+") as file:
+        file.attrs["layout"] = "slipstick table"
+    for read in (Recordings.open, open_conditions):
+        with pytest.raises(BadRecording, match=r"'copy\.h5' is a table, not recordings"):
+            read(copy)

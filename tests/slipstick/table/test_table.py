@@ -14,6 +14,7 @@ from test_surrogate_table import surrogate as surrogate  # a fixture
 from slipstick.errors import InvalidValue, OutsideTable
 from slipstick.table import Axis, Grid, Table
 from slipstick.table.interpolation import interpolate
+from slipstick.table.points import count_outside
 from tests.benches import HEAVY, NOMINAL
 
 
@@ -175,8 +176,25 @@ def test_a_point_outside_is_an_error_clipped_or_nan():
     masked = interpolate(axes, values, points, "nan")
     assert np.isnan(masked[1:]).all()
     assert np.array_equal(masked[0], clipped[0])
-    with pytest.raises(OutsideTable, match=r"Point 1 has axis0 = 0\.2, outside the range of the table, 0\.5 to 1\.5"):
+    with pytest.raises(OutsideTable, match=r"Point 1 has axis0 = 0\.2, outside the range of the table, 0\.5 to 1\.5"
+                       ) as caught:
         interpolate(axes, values, points, "error")
+    assert "`outside` to `clip`" in caught.value.remedy
+    assert count_outside(axes, points) == 3
+
+
+@pytest.mark.parametrize("edges", [(0.5, 1.5), (0.0, 1e6), (-3e-9, 0.0)])
+def test_a_point_outside_by_rounding_is_inside(edges: tuple[float, float]) -> None:
+    axes, (low, high) = (Axis("a", np.array(edges), 1.0, "1"),), edges
+    values, size = np.array([[2.0], [3.0]]), max(map(abs, edges))
+    rounded = np.array([[low - 1e-13 * size], [high + 1e-13 * size], [np.nextafter(high, np.inf)]])
+    for policy in ("error", "clip", "nan"):
+        assert interpolate(axes, values, rounded, policy).ravel().tolist() == [2.0, 3.0, 3.0]
+    assert count_outside(axes, rounded) == 0
+    for beyond in (low - 1e-11 * size, high + 1e-11 * size):
+        assert count_outside(axes, np.array([[beyond]])) == 1
+        with pytest.raises(OutsideTable):
+            interpolate(axes, values, np.array([[beyond]]), "error")
 
 
 @pytest.mark.parametrize(("points", "message"), [
@@ -250,6 +268,8 @@ def test_a_clipped_value_does_not_change_beyond_the_edge(surrogate: Table) -> No
         assert not outside.jacobian[:, 0].any()
         assert not outside.hessian[:, 0].any()
         assert np.array_equal(outside.jacobian[:, 1], at_edge.jacobian[:, 1])
+        rounded = table.derivatives(np.array([np.nextafter(table.upper[0], 9.0), 1.0]), "nan")
+        assert np.array_equal(rounded.jacobian, at_edge.jacobian)
         assert at_edge.jacobian[:, 0].all()
         assert np.isnan(table.derivatives(beyond, "nan").jacobian).all()
         with pytest.raises(OutsideTable):

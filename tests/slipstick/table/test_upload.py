@@ -79,7 +79,11 @@ def test_the_child_process_reads_the_same(plain: bytes) -> None:
     (lambda file: file["axes"].attrs.__setitem__("order", np.bytes_(b'["a b"]')), "'a b' is not a valid name"),
     (lambda file: file["axes"].attrs.__setitem__("order", np.bytes_(b'"ab"')), "no JSON array"),
     (lambda file: file["axes"].attrs.__setitem__("order", np.bytes_(b'["torque_constant"]')),
-     "'times' has shape"),
+     "'row_major_order' of 'times' does not name the axes and the conditions"),
+    (lambda file: file["times"].attrs.__setitem__("column_major_order", np.bytes_(b"[]")),
+     "row_major_order and column_major_order"),
+    (lambda file: file["times"].attrs.__setitem__("row_major_order", np.bytes_(b'"condition"')), "does not name"),
+    (lambda file: file["axes/rotor_inertia"].attrs.__setitem__("nominal", np.full(2, 0.05)), "not a single number"),
     (lambda file: file["axes/rotor_inertia"].attrs.__setitem__("nominal_units", np.bytes_(b"")), "not a unit"),
     (lambda file: file["times"].__setitem__((0, 0, 0), np.inf), "infinite"),
     (lambda file: file["axes/rotor_inertia"].__setitem__(0, 2.0), "do not increase"),
@@ -88,6 +92,95 @@ def test_an_invalid_plain_table_is_refused_with_the_reason(plain: bytes, edit, s
     with pytest.raises(BadTable, match=says) as caught:
         upload.read(changed(plain, edit))
     assert caught.value.remedy
+
+
+NAMES = ["torque_constant", "rotor_inertia", "condition"]
+
+
+def with_dimensions(content: bytes, stored: list[str], attribute: str | None, stated: list[str],
+                    size: int | None = None) -> bytes:
+    """The table with the dimensions of `times` stored in this order and stated so, cut to a cube of `size`."""
+    def edit(file: h5py.File) -> None:
+        values = file["times"][:size, :size, :size].transpose([NAMES.index(name) for name in stored])
+        attributes = {"units": file["times"].attrs["units"]}
+        if attribute is not None:
+            attributes[attribute] = np.bytes_(json.dumps(stated))
+        replaced = {"times": values}
+        for folder, name in (("axes", "torque_constant"), ("axes", "rotor_inertia"), ("conditions", "speed"),
+                             ("conditions", "load_inertia"), ("conditions", "brake_torque")):
+            replaced[f"{folder}/{name}"] = file[f"{folder}/{name}"][:size]
+        for path, array in replaced.items():
+            kept = attributes if path == "times" else dict(file[path].attrs)
+            del file[path]
+            file.create_dataset(path, data=array, chunks=array.shape, fletcher32=True).attrs.update(kept)
+
+    return changed(content, edit)
+
+
+@pytest.mark.parametrize(("stored", "attribute", "stated"), [
+    (NAMES, "row_major_order", NAMES),
+    (NAMES[::-1], "row_major_order", NAMES[::-1]),
+    (NAMES[::-1], "column_major_order", NAMES),  # MATLAB, Julia and Fortran
+    (["rotor_inertia", "condition", "torque_constant"], "column_major_order",
+     ["torque_constant", "condition", "rotor_inertia"])])
+def test_the_names_of_the_dimensions_decide_also_for_a_cube(plain: bytes, stored: list[str], attribute: str,
+                                                            stated: list[str]) -> None:
+    with h5py.File(io.BytesIO(plain)) as file:
+        times = file["times"][()]
+    for size in (None, 4):
+        table = upload.read(with_dimensions(plain, stored, attribute, stated, size))
+        assert isinstance(table, Grid)
+        np.testing.assert_array_equal(table.times, times[:size, :size, :size])
+        assert table.times.flags.c_contiguous
+
+
+@pytest.mark.parametrize("shape", [(-1, 1), (1, -1)])
+def test_rows_and_columns_of_matlab_are_vectors(plain: bytes, shape: tuple[int, int]) -> None:
+    def edit(file: h5py.File) -> None:
+        for path in ("axes/torque_constant", "conditions/speed"):
+            values, kept = file[path][()].reshape(shape), dict(file[path].attrs)
+            del file[path]
+            file.create_dataset(path, data=values, chunks=values.shape, fletcher32=True).attrs.update(kept)
+
+    assert upload.read(changed(plain, edit)).digest == upload.read(plain).digest
+
+
+def test_without_names_the_lengths_decide_unless_they_read_the_same_in_reverse(plain: bytes) -> None:
+    digest = upload.read(plain).digest
+    for stored in (NAMES, NAMES[::-1]):
+        assert upload.read(with_dimensions(plain, stored, None, [])).digest == digest
+        with pytest.raises(BadTable, match=r"\(4, 4, 4\) are the same in reverse") as caught:
+            upload.read(with_dimensions(plain, stored, None, [], 4))
+        assert '"torque_constant", "rotor_inertia", "condition"' in caught.value.remedy
+        assert "'column_major_order' (MATLAB, Julia" in caught.value.remedy
+    with pytest.raises(BadTable, match="'times' has shape"):
+        upload.read(with_dimensions(plain, [NAMES[1], NAMES[0], NAMES[2]], None, []))
+
+
+
+
+def test_a_single_value_may_be_an_array_of_length_one(plain: bytes) -> None:
+    def edit(file: h5py.File) -> None:
+        for item in (file, file["axes"], file["times"], file["axes/rotor_inertia"], file["conditions/speed"]):
+            for name, value in list(item.attrs.items()):
+                item.attrs[name] = np.array([value])
+
+    assert upload.read(changed(plain, edit)).digest == upload.read(plain).digest
+
+
+def test_a_long_name_does_not_fill_the_message(plain: bytes) -> None:
+    table = upload.read(plain)
+    file = io.BytesIO()
+    table.write_to(file)
+    long = np.bytes_(json.dumps(["a" * 60_000]))
+    with pytest.raises(BadTable, match=r"'axes/a+\.\.\.' is missing") as caught:
+        upload.read(changed(file.getvalue(), lambda file: file["axes"].attrs.__setitem__("order", long)))
+    assert len(str(caught.value)) < 500
+    for attribute in ("units", "b" * 60_000):
+        with pytest.raises(BadTable) as caught:
+            upload.read(changed(plain, lambda file, name=attribute: file["axes/rotor_inertia"].attrs.__setitem__(
+                name, np.bytes_("c" * 60_000) if name == "units" else "text")))
+        assert len(str(caught.value)) < 500
 
 
 def test_a_time_may_be_missing(plain: bytes) -> None:

@@ -9,7 +9,7 @@ from scipy import stats
 from scipy.stats import beta, gamma, multivariate_normal, norm
 
 from slipstick.errors import InvalidValue
-from slipstick.uncertainty import Inputs, axis_mass_outside, count_outside, mass_outside, standard_normals
+from slipstick.uncertainty import Inputs, axis_mass_outside, mass_outside, standard_normals
 from slipstick.uncertainty.chaos import Germ
 
 MIXING = np.array([[0.10, 0.04], [0.03, 0.05]])
@@ -176,8 +176,3 @@ def test_mass_outside_of_mixed_inputs_agrees_with_the_integral() -> None:
     assert abs(mass_outside(independent, LOWER, UPPER, normals) - expected) > 5e-3  # the mixing has an effect here
     rare = mass_outside(Inputs([1.0, 1.0], mixing=MIXING), np.full(2, 0.5), np.full(2, 1.5), normals)
     np.testing.assert_allclose(rare, 2 * norm.sf(0.5 / np.hypot(0.10, 0.04)), rtol=1e-6)  # no sample lies outside
-
-
-def test_points_outside_are_counted_once() -> None:
-    points = np.array([[1.0, 1.0], [0.5, 2.0], [1.2, 1.0], [0.8, 1.5]])
-    assert count_outside(points, LOWER, UPPER) == 2

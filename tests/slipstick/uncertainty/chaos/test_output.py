@@ -58,7 +58,7 @@ def test_noise_is_optional_except_for_a_density(output: Output) -> None:
                      / np.diff(output.quantiles(np.array([0.05, 0.95])), axis=0)) < 1.0
     with pytest.raises(InvalidValue, match="no density"):
         noiseless.density(np.full((1, 24), 0.5))
-    with pytest.raises(InvalidValue, match="output std"):
+    with pytest.raises(InvalidValue, match=r"output std is -1\.0\. Give 0 or a positive number\.$"):
         Output(output.expansion, -1.0)
 
 

@@ -16,6 +16,7 @@ from scipy.optimize import differential_evolution
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.uncertainty import Inputs, fit
 from slipstick.uncertainty.fit import FitSettings, SearchState
+from slipstick.uncertainty.fit.bounds import polynomial_remarks
 from slipstick.uncertainty.fit.search_space import search_space
 from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, by_expansion, exact
 
@@ -224,6 +225,30 @@ def test_one_input() -> None:
         state = fit.next_state(QUICK, problem, state)
     result = conclude(QUICK, problem, state)
     np.testing.assert_allclose(result["mean"] + result["std"], [1.1, 0.03], atol=0.01)
+
+
+def test_a_search_finds_the_same_in_any_unit_and_says_the_unit(problem: InferenceProblem) -> None:
+    """A factor of a power of two changes no rounding, so that the searches agree but for logarithms."""
+    settings, factor = replace(QUICK, generations=2, refine=False), 2.0**26
+    other = replace(problem, model=lambda points, conditions: factor * problem.model(points, conditions), unit="Pa",
+                    measured_time=factor * problem.measured_time, output_std_bounds=(factor * 0.0005, factor * 0.1))
+    results = [conclude(settings, posed, run(settings, posed)) for posed in (problem, other)]
+    for name in ("mean", "std"):
+        np.testing.assert_allclose(results[1][name], results[0][name], rtol=1e-6)
+    np.testing.assert_allclose(results[1]["output_std"], factor * results[0]["output_std"], rtol=1e-6)
+    bound = replace(other, output_std_bounds=(factor * 0.05, factor * 0.1))
+    cause, = [remark["cause"] for remark in conclude(settings, bound, run(settings, bound))["remarks"]
+              if remark["unknown"] == "output std"]
+    assert cause == "The output std is at its lower bound, 3.355e+06 Pa"
+    remark, = polynomial_remarks(3e6, 4e6, "Pa")
+    assert "an error of 3e+06 Pa, and the output std is 4e+06 Pa" in remark.cause
+
+
+def test_a_fit_of_an_earlier_version_states_its_bounds() -> None:
+    assert FitSettings().output_std_bounds is None
+    stored = {**FitSettings().to_dict(), "output_std_bounds": [0.0005, 0.1]}
+    assert FitSettings.from_dict(json.loads(json.dumps(stored))).output_std_bounds == (0.0005, 0.1)
+    assert FitSettings.from_dict(json.loads(json.dumps(FitSettings().to_dict()))) == FitSettings()
 
 
 def test_settings_are_converted_to_json_and_back_and_checked() -> None:

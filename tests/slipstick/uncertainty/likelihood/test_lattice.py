@@ -113,7 +113,7 @@ def test_negligible_points_change_nothing_and_are_many(case: str) -> None:
     whole, kept = precise(problem, candidate)[1], optimizer_lattice(problem, candidate)
     assert whole is not None
     assert kept is not None
-    assert len(kept.normals) < 0.9 * len(whole.normals)
+    assert len(kept.normals) < 0.95 * len(whole.normals)
     density = {len(one.normals): density_and_moments(replace(problem, lattice=one), candidate)[0]
                for one in (whole, kept)}
     np.testing.assert_allclose(density[len(kept.normals)], density[len(whole.normals)], rtol=0, atol=5e-6)
@@ -130,7 +130,7 @@ def test_noise_too_narrow_for_a_lattice_is_integrated_along_lines(noise: float) 
     assert by_lattice(problem, candidate, TOLERANCE) is None
     density, error = converged(problem, candidate)
     np.testing.assert_array_equal(density, exact(problem, candidate))
-    assert error == 0
+    assert error < 1e-3
 
 
 def test_without_lattices_the_lines_are_used() -> None:
@@ -138,7 +138,7 @@ def test_without_lattices_the_lines_are_used() -> None:
     problem = posed(candidate)
     density, error = converged(problem, candidate, lattices=False)
     np.testing.assert_array_equal(density, exact(problem, candidate))
-    assert error == 0
+    assert error < 1e-3
     assert np.any(density != converged(problem, candidate)[0])
 
 
@@ -147,7 +147,7 @@ def test_moments_on_a_lattice_are_those_along_lines(case: str) -> None:
     """Moments of the scores, because lattice and lines have different coordinates u; also at another candidate."""
     candidate = CASES[case]
     problem = posed(candidate)
-    summed = by_lattice(problem, candidate, 1e-3, _MANY)
+    summed = by_lattice(problem, candidate, 3e-3, _MANY)
     assert summed is not None
     on_lattice = replace(problem, lattice=summed[2])
     wider = Candidate(candidate.inputs, 1.2 * candidate.output_std)
@@ -171,12 +171,12 @@ def test_a_sufficient_lattice_is_accurate_for_a_linear_model_and_coarser_than_a_
     slopes = random.uniform(-0.03, 0.03, (2, 40))
     direction, noise, measured = np.array([0.6, 0.8]), 0.015, random.normal(0.5, 0.03, 40)
     scatter = np.sqrt(noise**2 + np.sum(slopes**2, axis=0))
-    distance = float(np.max(np.abs(measured - 0.5) / scatter))
-    points = lattice.sufficient(slopes, direction, noise, distance, 1 << 12)
+    expected = slopes * (measured - 0.5) / scatter**2
+    points = lattice.sufficient(slopes, direction, noise, expected, 1 << 12)
     assert points is not None
     density = lattice.log10_density(points, 0.5 + points.normals @ slopes, measured, noise)
     np.testing.assert_allclose(density, norm.logpdf(measured, 0.5, scatter) / np.log(10) - 3, atol=1e-5)
-    assert lattice.sufficient(slopes, direction, noise / 10, distance, 1 << 12) is None
+    assert lattice.sufficient(slopes, direction, noise / 100, expected, 1 << 12) is None
 
 
 def test_a_time_far_from_the_predicted_ones_is_integrated() -> None:
@@ -217,30 +217,34 @@ def test_the_compiled_sum_is_that_of_scipy() -> None:
     monomials = random.normal(2.0, 1.0, (300, 2))
     times[random.uniform(size=times.shape) < 0.1] = np.nan
     for noise in (0.002, 0.05):
-        peaks, squares, sums = np.full(21, -np.inf), np.zeros(21), np.zeros((4, 21))
-        for part in (slice(0, 100), slice(100, None)):
-            lattice_terms.add(times[part], measured, noise, distances[part], monomials[part], peaks, squares, sums)
+        peaks, largest, sums = np.full(21, -np.inf), np.zeros(21), np.zeros((4, 21))
+        for first, part in ((0, slice(0, 100)), (100, slice(100, None))):
+            numbers = np.full(21, -1.0)
+            lattice_terms.add(times[part], measured, noise, distances[part], monomials[part], peaks, numbers, sums)
+            largest = np.where(numbers >= 0, first + numbers, largest)
         terms = norm.logpdf(measured, times, noise) - norm.logpdf(0, 0, noise) - 0.5 * distances[:, None]
         terms = np.where(np.isnan(terms), -np.inf, terms)
         weights = np.exp(terms - logsumexp(terms, axis=0))
         np.testing.assert_allclose(peaks + np.log(sums[0]), logsumexp(terms, axis=0), rtol=1e-12, atol=1e-12)
         residual = 0.5 * np.nansum(weights * ((measured - times) / noise) ** 2, axis=0)
         np.testing.assert_allclose(sums[1:] / sums[0], [residual, *(monomials.T @ weights)], rtol=1e-9)
-        np.testing.assert_allclose(squares, distances[np.argmax(terms, axis=0)])
+        np.testing.assert_array_equal(largest, np.argmax(terms, axis=0))
 
 
 @pytest.mark.parametrize("direction", [np.ones(1), np.array([0.6, 0.8])])
 def test_refinements_are_nested_lattices_of_half_the_cell(direction: np.ndarray) -> None:
-    """All points so far, of each refinement, are the integer multiples of two (one) of them, within the disc."""
-    refinements = lattice_points.refinements(direction, 0.5, 4.0, lattice.MOST)
+    """All points so far, of each refinement, are the integer multiples of two (one) of them, within the edges."""
+    edges = np.array([[-5.0, 3.0], [-4.0, 4.0]])[:len(direction)]
+    refinements = lattice_points.refinements(direction, np.array([0.5, 0.7])[:len(direction)], edges, lattice.MOST)
     points, size = next(refinements)
     for _ in range(4):
         added, half = next(refinements)
         assert half == pytest.approx(size / 2)
         size, points = half, np.concatenate([points, added])
         assert len(np.unique(points.round(9), axis=0)) == len(points)
-        measure = 8.0 if len(direction) == 1 else np.pi * 16
-        assert len(points) * size == pytest.approx(measure, rel=0.1)
+        assert len(points) * size == pytest.approx(8.0 ** len(direction), rel=0.15)
+        coordinates = points @ lattice_points.axes_of(direction)
+        assert np.all((coordinates >= edges[:, 0] - 1e-9) & (coordinates <= edges[:, 1] + 1e-9))
         nearest = points[np.argsort(np.linalg.norm(points, axis=1))[1:len(direction) + 2]]
         basis = nearest[:1] if len(direction) == 1 else nearest[[0, 1 if abs(np.linalg.det(nearest[:2])) > 1e-9 else 2]]
         multiples = points @ np.linalg.inv(basis)
