@@ -469,8 +469,10 @@ def _draw_mdf_signal(rng: Rng, name: str, times: np.ndarray, new: bool, master: 
         more = {"invalidation_bits": rng.random(len(times)) < 0.2}
         values = np.where(more["invalidation_bits"], np.nan, values)
     elif kind == "array":
-        raw, due = np.column_stack([raw, raw]), MAYBE
+        due = MAYBE
     name = name if kind not in ("string", "array") else f"{name} {rng.integers(10**9)}"  # not to be counted as equal
+    if kind == "array":
+        raw = np.rec.fromarrays([np.column_stack([raw, raw])], dtype=[(name, raw.dtype, (2,))])
     own = asammdf.Signal(raw, times, unit=unit, name=name, conversion=conversion, master_metadata=master, **more)
     return own, Truth((name,), unit, values, due, times if master[1] == 1 else None)
 

@@ -16,10 +16,11 @@ from slipstick.acquisition.csv_layout import SEPARATORS, CsvOptions, Layout, inf
 from slipstick.acquisition.names import Names
 from slipstick.acquisition.units import split_unit
 from slipstick.errors import BadRecording
-from slipstick.storage.cells import number, timestamp
+from slipstick.storage.cells import TIME_OF_DAY, number, timestamp
 
 _ENCODINGS = {"utf-8-sig": "UTF-8", "cp1252": "Windows-1252", "utf-16": "UTF-16", "utf-16-le": "UTF-16",
               "utf-16-be": "UTF-16"}
+_DAY = 86400.0  # s
 _PLAIN = re.compile(r"[0-9eE+\-.,;\t \n]*")
 """Text in which `numpy.loadtxt` reads nothing as a number but what `cells.number` does."""
 
@@ -52,6 +53,7 @@ class CsvFile:
             f"{layout.first + 1}",
             *(f"the column '{layout.names[column]}' states dates or times of day, which are read as s after its first "
               "row" for column in self._stamped),
+            *(f"row {row + 1} counts the columns, and is left out" for row in (layout.counted,) if row is not None),
             *(f"the text from row {left_out + 1} on, at the end of the file, is left out: '{footer[0][:60]}'"
               for _ in footer[:1]))
 
@@ -63,7 +65,10 @@ class CsvFile:
     def channel(self, name: str) -> Channel:
         """One column."""
         column = self._names.position(name)
-        values = self._table[:, column] if self._table is not None else self._read(column)
+        if self._table is None:
+            values = self._read(column)
+        else:
+            values = self._table[:, column] if column < self._table.shape[1] else np.full(len(self._table), np.nan)
         return Channel(name, self._unit(column), values)
 
     def _unit(self, column: int) -> str:
@@ -95,12 +100,13 @@ class CsvFile:
                 value = number(cell, decimal)
             else:
                 stated = timestamp(cell)
-                value = None if stated is None else (stated - start).total_seconds()
+                is_alike = stated is not None and (stated.tzinfo is None) == (start.tzinfo is None)
+                value = (stated - start).total_seconds() if stated is not None and is_alike else None
             if value is None:
                 raise self._refusal(row, column, cell, "a number" if start is None else
                                     "a date with a time, as in the first row")
             values[place] = value
-        return values
+        return values if start is None or start.year > TIME_OF_DAY else _over_midnight(values)
 
     def _refusal(self, row: int, column: int, cell: str, kind: str) -> BadRecording:
         where = f"Row {row + 1} of {self.name}, column '{self._layout.names[column]}'"
@@ -108,6 +114,14 @@ class CsvFile:
         if number(re.sub(r"(?<=\d)[.,' ](?=\d{3})", "", cell), self._layout.decimal) is not None:
             remedy = f"Write numbers without thousands separators. {remedy}"
         return BadRecording(f"{where}: '{cell[:40]}' is not {kind}", remedy)
+
+
+def _over_midnight(values: np.ndarray) -> np.ndarray:
+    """Times of day (k,) in s, where each midnight between two of them adds a day."""
+    known = np.flatnonzero(np.isfinite(values))
+    midnights = np.cumsum(np.diff(values[known], prepend=values[known[:1]]) < -_DAY / 2)
+    values[known] += _DAY * midnights
+    return values
 
 
 def _cell(cells: Sequence[str], column: int) -> str:
@@ -126,7 +140,12 @@ def _decoded(name: str, content: bytes, encoding: str | None) -> tuple[str, str]
             text = content.decode(candidate).removeprefix("\ufeff")
         except (UnicodeDecodeError, LookupError):
             continue
-        return text.replace("\r\n", "\n").replace("\r", "\n"), _ENCODINGS.get(candidate, candidate)
+        text = text.rstrip("\0").replace("\r\n", "\n").replace("\r", "\n")
+        if "\0" in text:
+            row = text.count("\n", 0, text.index("\0")) + 1
+            raise BadRecording(f"Row {row} of {name} contains characters of value 0: the file is damaged, or no text",
+                               "Export it again, or leave it out")
+        return text, _ENCODINGS.get(candidate, candidate)
     raise BadRecording(f"{name} is not text in the encoding {encoding or 'UTF-8 or Windows-1252'}",
                        "Give its encoding in the mapping, such as csv.encoding = \"utf-16\", or save it as UTF-8")
 
@@ -151,7 +170,7 @@ def _plain_table(lines: Sequence[str], layout: Layout) -> np.ndarray | None:
                            delimiter=layout.separator, comments=None, ndmin=2)
     except ValueError:
         return None
-    return table if table.shape[1] == len(layout.names) else None
+    return table if table.shape[1] == layout.length and np.all(np.isfinite(table)) else None
 
 
 def _rows(name: str, lines: Sequence[str], layout: Layout) -> list[tuple[int, list[str]]]:
@@ -161,7 +180,7 @@ def _rows(name: str, lines: Sequence[str], layout: Layout) -> list[tuple[int, li
     while rows and not any(number(cell, layout.decimal) is not None or timestamp(cell) for cell in rows[-1][1]):
         rows.pop()
     for row, cells in rows:
-        if len(cells) <= layout.last_column or any(cells[len(layout.names):]):
-            raise BadRecording(f"Row {row + 1} of {name} has {len(cells)} cells for {len(layout.names)} columns",
+        if len(cells) != layout.length and not layout.length < len(cells) <= len(layout.names):
+            raise BadRecording(f"Row {row + 1} of {name} has {len(cells)} cells, and the others {layout.length}",
                                "Give one cell for each column")
     return rows

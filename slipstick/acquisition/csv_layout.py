@@ -20,6 +20,10 @@ _LOOK = 1000
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
 _STATED = re.compile(r'"?sep=(.)"?', re.IGNORECASE)
 """First row by which spreadsheets are told the separator."""
+_END_OF_HEADER = "***End_of_Header***"
+"""Last row of the headers of LVM files, of which the second states the channels one by one."""
+COMMENT = "Comment"
+"""The last name in LVM files, of a column that few rows have."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +44,8 @@ class Layout:
     """The layout of a text file, with rows counted from 0.
 
     `names` and `units` have an entry for each column, "" where the file states none, and are in the rows `name_row` and
-    `unit_row`. Numbers begin in row `first`, and the last column of numbers is `last_column`.
+    `unit_row`. Numbers begin in row `first`, above which row `counted`, if any, counts the columns. Rows of numbers
+    have `length` cells.
     """
 
     separator: str
@@ -50,7 +55,8 @@ class Layout:
     name_row: int
     unit_row: int | None
     first: int
-    last_column: int
+    length: int
+    counted: int | None
 
 
 def split(line: str, separator: str) -> list[str]:
@@ -62,25 +68,37 @@ def split(line: str, separator: str) -> list[str]:
 def infer_layout(name: str, lines: Sequence[str], options: CsvOptions) -> Layout:
     """The layout of the file `name` with the given `lines`; raises `BadRecording`."""
     stated = _STATED.fullmatch(lines[0].strip()) if lines else None
-    separator = options.separator or (stated[1] if stated else None)
+    separators = options.separator or (stated[1] if stated else None)
     start = 1 if stated else 0
     if options.header is not None:
         start = options.header - 1
         if start >= len(lines):
             raise BadRecording(f"{name} has {len(lines)} rows, and csv.header states row {options.header}",
                                "Correct csv.header in the mapping; rows are counted from 1")
+    elif any(line.startswith(_END_OF_HEADER) for line in lines[:_LOOK]):
+        start = max(row for row, line in enumerate(lines[:_LOOK]) if line.startswith(_END_OF_HEADER)) + 1
     sample = lines[start:start + _LOOK]
-    separator, decimal = _most_numbers(name, sample, options, separator)
+    refusal = None
+    # Where the separator with most numbers leaves no row of names, as a decimal comma may, the next one is tried.
+    for separator, decimal in _by_numbers(sample, options, separators):
+        try:
+            return _infer(name, sample, start, separator, decimal, options.header is not None)
+        except BadRecording as error:
+            refusal = refusal or error
+    raise refusal or _no_numbers(name, lines, start)
+
+
+def _infer(name: str, sample: Sequence[str], start: int, separator: str, decimal: str, has_header: bool) -> Layout:
     rows = [split(line, separator) for line in sample]
     contents = [_Contents.of(row, decimal) for row in rows]
-    body = _body(contents[1:] if options.header else contents)
+    body = _body(contents[1:] if has_header else contents)
     if not body:
-        raise _no_numbers(name, lines, start)
+        raise _no_numbers(name, sample, 0)
     first = next(row for row, content in enumerate(contents) if content in body)
     length = Counter(content.length for content in contents if content in body).most_common(1)[0][0]
     columns = frozenset(column for content in body for column in content.numbers if column < length)
-    header = _Header(rows, first, max(columns) + 1, length)
-    name_row, unit_row = header.names_and_units() if options.header is None else (
+    header = _Header(rows, contents, first, max(columns) + 1, length)
+    name_row, unit_row = header.names_and_units() if not has_header else (
         0, next((row for row in range(1, first) if header.states_units(row)), None))
     if name_row is None:
         raise BadRecording(f"{name} has no row of {header.width} column names above row {start + first + 1}, the first "
@@ -88,14 +106,14 @@ def infer_layout(name: str, lines: Sequence[str], options: CsvOptions) -> Layout
                            "mapping, the row of the names counted from 1")
     # A cell of text in the first rows of numbers must not make them a part of the heading.
     above = range(max(name_row, unit_row if unit_row is not None else 0) + 1, first)
-    first = next((row for row in above if 2 * len(contents[row].numbers & columns) >= len(columns)), first)
-    if _numbers_columns(rows[first], columns) and first + 1 < len(rows) and not _is_whole(rows[first + 1]):
-        first += 1
+    first = next((row for row in above if contents[row].numbers & columns), first)
+    counted = start + first if _counts_columns(rows[first:], columns) else None
     names = rows[name_row]
     units = rows[unit_row] if unit_row is not None else []
     return Layout(separator, decimal, tuple(names),
                   tuple(_bare(units[column]) if column < len(units) else "" for column in range(len(names))),
-                  start + name_row, None if unit_row is None else start + unit_row, start + first, max(columns))
+                  start + name_row, None if unit_row is None else start + unit_row,
+                  start + first + (counted is not None), length, counted)
 
 
 @dataclass(frozen=True)
@@ -126,19 +144,15 @@ def _body(contents: Sequence[_Contents]) -> frozenset[_Contents]:
     return frozenset(content for content in contents if content.numbers & columns and not content.texts & columns)
 
 
-def _most_numbers(name: str, lines: Sequence[str], options: CsvOptions, stated: str | None) -> tuple[str, str]:
-    """The separator and the decimal sign by which most cells are numbers; the first of them where several are."""
-    most, best = 0, None
+def _by_numbers(lines: Sequence[str], options: CsvOptions, stated: str | None) -> list[tuple[str, str]]:
+    """Separators and decimal signs by which cells are numbers, those of most numbers first."""
+    counts: dict[tuple[str, str], int] = {}
     for separator in [stated] if stated else SEPARATORS:
         rows = [split(line, separator) for line in lines]
         for decimal in [options.decimal] if options.decimal else (".", ","):
-            count = sum(number(cell, decimal) is not None or timestamp(cell) is not None
-                        for row in rows if len(row) > 1 for cell in row)
-            if count > most:
-                most, best = count, (separator, decimal)
-    if best is None:
-        raise _no_numbers(name, lines, 0)
-    return best
+            counts[separator, decimal] = sum(number(cell, decimal) is not None or timestamp(cell) is not None
+                                             for row in rows if len(row) > 1 for cell in row)
+    return sorted((form for form, count in counts.items() if count), key=lambda form: -counts[form])
 
 
 def _no_numbers(name: str, lines: Sequence[str], start: int) -> BadRecording:
@@ -154,6 +168,7 @@ class _Header:
     """The `rows` above row `first`. Rows of numbers have `length` cells, of which the first `width` hold numbers."""
 
     rows: Sequence[Sequence[str]]
+    contents: Sequence[_Contents]
     first: int
     width: int
     length: int
@@ -162,48 +177,65 @@ class _Header:
         """The rows of names and of units, None for none.
 
         Names stand directly above the units, or below them where nothing stands above, and without units in the row
-        with most different cells.
+        with most different cells. Where all rows could be units, names are those that differ most.
         """
         block = self._block()
         if not block:
             return None, None
-        unit_row = next((row for row in reversed(block) if self.states_units(row)), None) if len(block) > 1 else None
-        if unit_row is None:
-            return max(block, key=lambda row: (len({cell for cell in self.rows[row] if cell}), -row)), None
-        place = block.index(unit_row)
-        return block[place - 1 if place else 1], unit_row
+        different = {row: len({cell for cell in self.rows[row] if cell}) for row in block}
+        units = [row for row in block if self.states_units(row)] if len(block) > 1 else []
+        if len(units) == len(block) > 1:
+            names = max(block, key=lambda row: (different[row], -row))
+            return names, min((row for row in block if row != names), key=lambda row: abs(row - names))
+        if units:
+            place = block.index(units[-1])
+            return block[place - 1 if place else 1], units[-1]
+        # Above two columns, a row of a name and a value is more frequent than a row of remarks below the names.
+        nearest = 1 if self.width == 2 else -1
+        return max(block, key=lambda row: (different[row], nearest * row)), None
 
     def states_units(self, row: int) -> bool:
-        """Whether most of the cells of a row are units."""
+        """Whether most of the cells of a row are units; a number other than 1 is none."""
         cells = [_bare(cell) for cell in self.rows[row] if cell]
-        return 2 * sum(is_unit(spelled(cell)) for cell in cells) > len(cells)
+        units = [cell for cell in cells if is_unit(spelled(cell))]
+        return 2 * len(units) > len(cells) and any(cell not in ("1", "-") for cell in units)
 
     def _block(self) -> list[int]:
-        """The rows of full width directly above the numbers; empty rows below names are passed over."""
+        """The rows of full width above the numbers without numbers and dates, unless no other could have the names.
+
+        Empty rows below names are passed over.
+        """
         block: list[int] = []
         for row in range(self.first - 1, -1, -1):
             if self._fits(row):
                 block.insert(0, row)
             elif any(self.rows[row]) or not all(map(self.states_units, block)):
                 break
-        return block or [row for row in (self.first - 1,) if row >= 0 and len(self.rows[row]) >= self.width]
+        without = [row for row in block if self.states_units(row) or not (
+            self.contents[row].numbers or any(cell[:1].isdigit() for cell in self.rows[row]))]
+        return without or block[:1]
 
     def _fits(self, row: int) -> bool:
-        cells = self.rows[row]
-        filled = max((column + 1 for column, cell in enumerate(cells) if cell), default=0)
-        return 0 < filled <= self.length and len(cells) >= self.width
+        cells = list(self.rows[row])
+        while cells and not cells[-1]:
+            cells.pop()
+        if cells and cells[-1] == COMMENT:
+            cells.pop()
+        return 0 < len(cells) <= self.length and len(self.rows[row]) >= self.width
 
 
 def _bare(unit: str) -> str:
     return unit.strip("[]() ")
 
 
-def _numbers_columns(cells: Sequence[str], columns: frozenset[int]) -> bool:
-    """Whether a row counts its columns, from 0 or 1; of two numbers that is no wonder."""
-    stated = [cells[column] for column in sorted(columns) if column < len(cells)]
-    return len(stated) > 2 and any(stated == [str(count) for count in range(start, start + len(stated))]
-                                   for start in (0, 1))
+def _counts_columns(rows: Sequence[Sequence[str]], columns: frozenset[int]) -> bool:
+    """Whether the first row counts the columns, from 0 or 1.
 
-
-def _is_whole(cells: Sequence[str]) -> bool:
-    return all(cell.lstrip("+-").isdigit() for cell in cells if cell)
+    A program writes all numbers of a column in one form: where the row below has a decimal sign in each column, whole
+    numbers are no sample.
+    """
+    stated = [[row[column] for column in sorted(columns) if column < len(row)] for row in rows[:2]]
+    if len(stated) < 2 or len(stated[0]) < 3:
+        return False
+    is_count = any(stated[0] == [str(count) for count in range(start, start + len(stated[0]))] for start in (0, 1))
+    return is_count and all(not cell.lstrip("+-").isdigit() for cell in stated[1] if cell)

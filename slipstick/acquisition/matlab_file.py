@@ -54,6 +54,8 @@ class MatlabFile:
 
 
 def _object(kind: str) -> str:
+    if kind == "sparse":
+        return "a sparse matrix, which is not read: save it as full(...)"
     return f"an object of the MATLAB class {kind}, which other programs cannot read: save its fields as arrays"
 
 
@@ -107,6 +109,10 @@ def _of_item(prefix: str, name: str, item: h5py.Group | h5py.Dataset, depth: int
     kind = kind.decode() if isinstance(kind, bytes) else str(kind)
     if "MATLAB_object_decode" in item.attrs:
         yield f"{prefix}{name}", kind
+    elif "MATLAB_sparse" in item.attrs:
+        yield f"{prefix}{name}", "sparse"
+    elif item.attrs.get("MATLAB_empty", 0):
+        return  # its values are the dimensions of what is empty
     elif isinstance(item, h5py.Group):
         yield from _of_group(f"{prefix}{name}.", item, depth + 1)
     elif item.is_virtual or item.external is not None or item.ndim > 2 or kind == "char":

@@ -52,7 +52,11 @@ class MdfFile:
         except Exception as error:  # asammdf raises its own, struct, key and value errors on damaged files
             _close_half_open(error)
             raise unreadable(self.name, "MDF", error) from None
-        self.remarks: tuple[str, ...] = (f"MDF {self._mdf.version}",)
+        groups: list[Any] = self._mdf.groups
+        arrays = [str(channel.name) for group in groups for index, channel in enumerate(group.channels)
+                  if self._is_array(group, index)]
+        self.remarks: tuple[str, ...] = (f"MDF {self._mdf.version}", *(
+            f"arrays are left out: {', '.join(arrays[:10])}; export their elements as channels" for _ in arrays[:1]))
 
     def listed(self) -> tuple[Listed, ...]:
         """The channels of numbers, without the time of each group."""
@@ -60,7 +64,7 @@ class MdfFile:
                      for name, position in self._names.positions.items())
 
     def channel(self, name: str) -> Channel:
-        """Read one channel; samples that the file marks as invalid are left out.
+        """Read one channel; a sample that the file marks as invalid is NaN.
 
         Of values that the file translates to text, the numbers are read. `time` is None, with the reason, where the
         master of the group is missing or is no time.
@@ -76,24 +80,32 @@ class MdfFile:
                                "Split the file")
         note = ""
         try:
-            read = self._mdf.get(group=group, index=index)
-            values, unit = np.asarray(read.samples), str(read.unit or "")
+            read = self._mdf.get(group=group, index=index, ignore_invalidation_bits=True)
+            values, unit, invalid = np.asarray(read.samples), str(read.unit or ""), read.invalidation_bits
             if values.dtype.kind in "SUO":
-                values, note = np.asarray(self._mdf.get(group=group, index=index, raw=True).samples), _TRANSLATED
+                read = self._mdf.get(group=group, index=index, raw=True, ignore_invalidation_bits=True)
+                values, note = np.asarray(read.samples), _TRANSLATED
+            factor, reason = self._seconds[group]
         except Exception as error:
             raise unreadable(self.name, "MDF", error) from error
         if values.ndim != 1 or values.dtype.kind not in "fiub":
             raise BadRecording(f"The channel '{name}' of {self.name} has values of the type {values.dtype}",
                                "Map a channel of numbers")
-        factor, reason = self._seconds[group]
+        if len(values) != samples:
+            raise BadRecording(f"The channel '{name}' of {self.name} has {len(values)} of its {samples} samples: the "
+                               "file is cut off, or damaged", "Export it again, or leave it out")
         time = None if factor is None else factor * np.asarray(read.timestamps, float)
-        return Channel(name, unit, values.astype(float), time, reason, note)
+        values = values.astype(float)
+        if invalid is not None:
+            values[np.asarray(invalid, bool)] = np.nan
+        return Channel(name, unit, values, time, reason, note)
 
     @cached_property
     def _places(self) -> list[tuple[int, int]]:
         """Group and index of each channel of numbers, and of masters that are no times."""
         return [(group, index) for group, content in enumerate(self._mdf.groups)
-                for index, channel in enumerate(content.channels) if self._is_number(channel)
+                for index, channel in enumerate(content.channels)
+                if self._is_number(channel) and not self._is_array(content, index)
                 and (index != self._mdf.masters_db.get(group) or self._seconds[group][0] is None)]
 
     @cached_property
@@ -110,10 +122,13 @@ class MdfFile:
         return [self._master_seconds(group) for group in range(len(self._mdf.groups))]
 
     def _master_seconds(self, group: int) -> tuple[float | None, str]:
-        number = group
-        while getattr(self._mdf.groups[number].channel_group, "flags", 0) & _REMOTE_MASTER and \
+        number, seen = group, set[int]()
+        while number not in seen and getattr(self._mdf.groups[number].channel_group, "flags", 0) & _REMOTE_MASTER and \
                 self._mdf.version >= "4":
+            seen.add(number)
             number = self._mdf.groups[number].channel_group.cg_master_index
+            if not isinstance(number, int) or not 0 <= number < len(self._mdf.groups):
+                return None, f"its group {group} refers to a master that the file does not have"
         index = self._mdf.masters_db.get(number)
         if index is None:
             return None, f"its group {group} has no master channel"
@@ -134,6 +149,11 @@ class MdfFile:
         """Whether the file declares integers or floating-point numbers, by the codes of MDF 3 and 4."""
         is_text = channel.data_type in (7, 8) if self._mdf.version < "4" else channel.data_type > 5
         return not is_text and not getattr(channel, "component_addr", 0)
+
+    def _is_array(self, group: Any, index: int) -> bool:
+        """Whether a sample has several numbers, which asammdf gives in one row."""
+        dependencies = getattr(group, "channel_dependencies", None)
+        return bool(dependencies and dependencies[index])
 
     def _unit(self, group: int, index: int) -> str:
         channel = self._mdf.groups[group].channels[index]

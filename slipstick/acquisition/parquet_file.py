@@ -25,7 +25,7 @@ class ParquetFile:
             raise BadRecording(f"{name} is a Parquet file, and the package pyarrow is not installed",
                                "Install it: pip install 'slipstick[parquet]'") from None
         try:
-            self._file: Any = pyarrow.parquet.ParquetFile(file)
+            self._file: Any = pyarrow.parquet.ParquetFile(file, page_checksum_verification=True)
             self._rows = int(self._file.metadata.num_rows)
             self._schema: Any = self._file.schema_arrow
         except Exception as error:  # pyarrow raises errors of its own, OSError and ValueError
@@ -51,6 +51,9 @@ class ParquetFile:
             values = self._values(position)
         except Exception as error:
             raise unreadable(self.name, "Parquet", error) from error
+        if len(values) != self._rows:
+            raise BadRecording(f"The channel '{name}' of {self.name} has {len(values)} values for {self._rows} rows: "
+                               "the file is damaged", "Export it again, or leave it out")
         if values.dtype.kind in "mM":
             start = np.timedelta64(0, "ns")
             if values.dtype.kind == "M":

@@ -21,10 +21,12 @@ def spelled(unit: str) -> str:
 def split_unit(heading: str) -> tuple[str, str]:
     """Name and unit of a heading such as `n_mot [rpm]` or `n_mot (rpm)`.
 
-    A bracket that holds no unit, as in `p (front)`, belongs to the name; the unit is then "".
+    A bracket that holds no unit, as in `p (front)`, or a number without a space before, as in `M[1]`, belongs to the
+    name; the unit is then "".
     """
     name, unit = split_bracket(heading)
-    return (name, unit) if is_unit(spelled(unit)) else (heading.strip(), "")
+    is_element = unit.isdigit() and not heading[len(name):].startswith(" ")
+    return (name, unit) if is_unit(spelled(unit)) and not is_element else (heading.strip(), "")
 
 
 def split_bracket(heading: str) -> tuple[str, str]:

@@ -54,14 +54,42 @@ def test_an_unfinished_file_of_a_logger_is_read_and_left_as_it_is(tmp_path: Path
     assert path.read_bytes() == content
 
 
-def test_an_invalid_sample_of_mdf_is_left_out(tmp_path: Path) -> None:
+def test_an_invalid_sample_of_mdf_is_missing(tmp_path: Path) -> None:
     invalid = np.zeros(500, bool)
     invalid[[3, 4]] = True
     file = MDF(version="4.10")
     file.append([Signal(np.sin(FAST), FAST, "bar", "p", invalidation_bits=invalid)])
     path = Path(file.save(tmp_path / "a.mf4"))
     with path.open("rb") as content:
-        np.testing.assert_array_equal(open_source("a.mf4", content).channel("p").time, FAST[~invalid])
+        channel = open_source("a.mf4", content).channel("p")
+    np.testing.assert_allclose(channel.time, FAST)
+    np.testing.assert_array_equal(np.isnan(channel.values), invalid)
+
+
+def test_arrays_of_mdf_are_left_out_and_said(tmp_path: Path) -> None:
+    file = MDF(version="4.10")
+    pairs = np.rec.fromarrays([np.column_stack([FAST, FAST + 1])], dtype=[("force", "<f8", (2,))])
+    file.append([Signal(pairs, FAST, name="force"), Signal(np.sin(FAST), FAST, "bar", "p")])
+    with Path(file.save(tmp_path / "a.mf4")).open("rb") as content:
+        source = open_source("a.mf4", content)
+        assert [entry.name for entry in source.listed()] == ["p"]
+        assert source.remarks[1].startswith("arrays are left out: force")
+
+
+def test_a_file_of_mdf_that_is_cut_off_is_refused(tmp_path: Path) -> None:
+    """The records of MDF 3 are moved to the end of the file, where loggers write them, and the last ones are lost."""
+    path = mdf(tmp_path / "a.mdf", "3.30")
+    content = bytearray(path.read_bytes())
+    group = int.from_bytes(content[64 + 4:64 + 8], "little")  # of the header; its fifth link leads to the records
+    records = int.from_bytes(content[group + 16:group + 20], "little")
+    moved = len(content).to_bytes(4, "little")
+    content[group + 16:group + 20] = moved
+    content += content[records:records + 500 * 18]
+    path.write_bytes(content[:-180])
+    with path.open("rb") as file:
+        source = open_source("a.mdf", file)
+        with pytest.raises(BadRecording, match="of its 500 samples: the file is cut off"):
+            source.channel("p")
 
 
 def test_mat_5_has_vectors_columns_and_fields() -> None:
@@ -167,7 +195,8 @@ def test_objects_of_matlab_classes_are_said_to_be_unreadable() -> None:
 @pytest.mark.parametrize("rows", [
     "2026-11-02T14:03:11.25Z;1\n2026-11-02T14:03:11.75Z;2", "2026-11-02 14:03:11.250;1\n2026-11-02 14:03:11.750;2",
     "02.11.2026 14:03:11,25;1\n02.11.2026 14:03:11,75;2", "9:59:59.75;1\n10:00:00.25;2",
-    "2026-11-02 23:59:59.8;1\n2026-11-03 00:00:00.3;2", "2026-10-25T02:59:59.5+02:00;1\n2026-10-25T02:00:00+01:00;2"])
+    "2026-11-02 23:59:59.8;1\n2026-11-03 00:00:00.3;2", "23:59:59.8;1\n00:00:00.3;2",
+    "2026-10-25T02:59:59.5+02:00;1\n2026-10-25T02:00:00+01:00;2"])
 def test_dates_and_times_of_day_are_seconds_after_the_first_row(rows: str) -> None:
     source = open_source("a.csv", opened(f"time;p\n{rows}\n".encode()))
     np.testing.assert_allclose(source.channel("time").values, [0, 0.5], atol=1e-9)
@@ -191,7 +220,12 @@ def test_an_empty_cell_is_missing_and_never_filled() -> None:
     (b"t;p\n1;2\n2;n/a\n3;4\n", "Row 3 of a.csv, column 'p': 'n/a' is not a number"),
     (b"t;p\n10:00:00;2\n2;3\n", "Row 3 of a.csv, column 't': '2' is not a date with a time, as in the first row"),
     (b"t;p\n1;2\n10:00:00;3\n", "Row 3 of a.csv, column 't': '10:00:00' is not a number"),
-    (b"t;p\n1;2\n2;3;4\n", "Row 3 of a.csv has 3 cells for 2 columns"),
+    (b"t;p\n1;2\n2;3;4\n", "Row 3 of a.csv has 3 cells, and the others 2"),
+    (b"t;p;c;\n0;1.5;2;\n1;2.53;\n2;3;4;\n", "Row 3 of a.csv has 3 cells, and the others 4"),
+    (b"t;p;c;\n0;1.5;2;\n1;2;.53;4;\n2;3;4;\n", "Row 3 of a.csv has 5 cells, and the others 4"),
+    (b"t;p#0;1.5\n1;2.5\n2;3.5\n3;4.5\n", "a.csv has no row of 2 column names"),
+    (b"t;p\n" + b"0;1.5\n" * 200 + b"1;\0.5\n2;3\n", "Row 202 of a.csv contains characters of value 0"),
+    (b"t;p\n2026-11-02T01:59:59;1\n2026-11-02T03:00:00+02:00;2\n", "is not a date with a time, as in the first"),
     (b"t;p;p\n1;2;3\n2;3;4\n", "a.csv has 2 channels 'p'"),
     (b"t;p\n1;2\n#2;3\n3;4\n", "Row 3 of a.csv, column 't': '#2' is not a number"),
     (b"t;p\n1;2\n2;3 # disturbed\n3;4\n", "Row 3 of a.csv, column 'p': '3 # disturbed' is not a number"),
@@ -199,6 +233,7 @@ def test_an_empty_cell_is_missing_and_never_filled() -> None:
     (b"t;p\n1;2,5\n2;1.000\n3;0,5\n", "Row 3 of a.csv, column 'p': '1.000' is not a number"),
     (b"t;p\n1;2.5\n2;1,000\n3;0.5\n", "Row 3 of a.csv, column 'p': '1,000' is not a number"),
     (b"t;p\n1;2.5\n2;1_000\n3;0.5\n", "Row 3 of a.csv, column 'p': '1_000' is not a number"),
+    (b"t;p\n1;2.5\n2;1e400\n3;0.5\n", "Row 3 of a.csv, column 'p': '1e400' is not a number"),
     (b"t;p\nERR;2\n2;3\n3;4\n", "Row 2 of a.csv, column 't': 'ERR' is not a number"),
     (b"1;2\n2;3\n", "a.csv has no row of 2 column names"),
     (b"nothing here\n", "a.csv has no rows of two or more numbers"),
@@ -229,17 +264,32 @@ def test_csv_rows_above_the_numbers(heading: str) -> None:
 
 
 def test_csv_row_that_counts_the_columns_is_no_sample() -> None:
-    source = open_source("a.csv", opened(b"t;p;n\ns;bar;rpm\n1;2;3\n0.1;5;6\n0.2;7;8\n"))
+    source = open_source("a.csv", opened(b"t;p;n\ns;bar;rpm\n1;2;3\n0.1;5.5;6.5\n0.2;7.5;8.5\n"))
     np.testing.assert_array_equal(source.channel("t").values, [0.1, 0.2])
-    source = open_source("a.csv", opened(b"t;p;n\n1;2;3\n2;5;6\n3;7;8\n"))  # here it may be one
+    assert source.remarks[-1] == "row 3 counts the columns, and is left out"
+    source = open_source("a.csv", opened(b"t;p;n\n1;2;3\n2;5.5;6\n3;7;8\n"))  # here it may be one
     np.testing.assert_array_equal(source.channel("t").values, [1, 2, 3])
+
+
+@pytest.mark.parametrize(("text", "name", "times"), [
+    ("t;a;b\n0;1;-\n0.1;3.5;1\n0.2;3.5;1\n", "a", [0, 0.1, 0.2]),
+    ("t;a;b\ns;bar;Nm\n0;ERR;\n1;2;3\n2;3;3\n3;4;3\n", "b", [0, 1, 2, 3]),
+    ("t [s];a [bar];b\n0;--;--\n0.1;--;--\n0.2;3;1\n0.3;4;1\n", "t", [0, 0.1, 0.2, 0.3]),
+    ("t;a;b;c\n0;1;2;1.#QNAN\n0.1;3;2;1.#QNAN\n0.2;3.5;1;5\n", "b", [0, 0.1, 0.2]),
+    ("t;1;2\n0;1.5;2\n1;2.5;3\n", "1", [0, 1]), ("Date;2024-05-01\nt;a\n0;1.5\n0.1;2.5\n", "a", [0, 0.1]),
+    ("s;;;A\nt;M1;M;x1\n0;1.5;2;1\n0.1;2.5;3;1\n", "x1", [0, 0.1]),
+    ("t\tq\n" + "".join(f"{row},5\t{'1,5' if row < 6 else ''}\n" for row in range(9)), "q", list(np.arange(9) + 0.5))])
+def test_no_row_with_numbers_is_taken_for_a_heading(text: str, name: str, times: list[float]) -> None:
+    source = open_source("a.csv", opened(text.encode()))
+    np.testing.assert_array_equal(source.channel("t").values, times)
+    assert len(source.channel(name).values) == len(times)
 
 
 @pytest.mark.parametrize(("rows", "values"), [
     ("1;2;OK\n2;3;OK\n3;4;stop", [2, 3, 4]), ("1;2;\n2;3;\n3;4;shift", [2, 3, 4]),
     ("1;2;2012-01-01\n2;3;2012-01-01\n", [2, 3]), ("1;2;10:00:01 AM\n2;3;10:00:02 AM", [2, 3]),
     ("1;2;\n;;\n2;3;\n", [2, 3]), ("1;2;\n2;3;\n;;\n;;\n", [2, 3]), ("1;2;;\n2;3;;\n", [2, 3]),
-    ("1;2\n2;3\n", [2, 3]), ("1;;\n2;3;\n3;;\n4;5;\n", [np.nan, 3, np.nan, 5])])
+    ("1;;\n2;3;\n3;;\n4;5;\n", [np.nan, 3, np.nan, 5])])
 def test_csv_columns_that_nobody_needs_and_empty_cells(rows: str, values: list[float]) -> None:
     source = open_source("a.csv", opened(f"t;p;status\n{rows}".encode()))
     np.testing.assert_array_equal(source.channel("p").values, values)
@@ -294,7 +344,7 @@ def test_utf_16_without_a_byte_order_mark_is_known_and_may_be_stated(encoding: s
 def test_csv_is_read_alike_with_and_without_a_cell_of_text() -> None:
     """The quick reader of numpy reads what the grammar of a cell reads: a cell of text switches it off."""
     draw = np.random.default_rng(4)
-    written = ["1", "-2.5", "+3", ".5", "4.", "1e3", "2.5E-02", "007", "-0", "1e400", "0.1", "123456789.123456789"]
+    written = ["1", "-2.5", "+3", ".5", "4.", "1e3", "2.5E-02", "007", "-0", "0.1", "123456789.123456789"]
     for separator, decimal in ((";", "."), (";", ","), ("\t", "."), (",", ".")):
         cells = draw.choice(written, (50, 3))
         rows = [separator.join(row).replace(".", decimal) for row in cells]
@@ -310,7 +360,8 @@ def test_csv_is_read_alike_with_and_without_a_cell_of_text() -> None:
 NAMES = [
     (["t [s]", "M (raw)", "M (filtered)"], ["t", "M (raw)", "M (filtered)"], ["s", "", ""]),
     (["t [s]", "M [N m]", "M [lbf ft]"], ["t", "M [N m]", "M [lbf ft]"], ["s", "N m", "lbf ft"]),
-    (["t", "M[0]", "M[1]"], ["t", "M[0]", "M[1]"], ["", "", "1"]),
+    (["t", "M[0]", "M[1]"], ["t", "M[0]", "M[1]"], ["", "", ""]),
+    (["t", "mu [1]", "M"], ["t", "mu", "M"], ["", "1", ""]),
     (["t", "M", "M"], ["t", "M@2", "M@3"], ["", "", ""]),
     (["t", "p (min)", "p (max)"], ["t", "p (min)", "p (max)"], ["", "min", ""]),
     (["t", "p (front) [bar]", "p (rear) [bar]"], ["t", "p (front)", "p (rear)"], ["", "bar", "bar"]),
