@@ -33,10 +33,10 @@ from slipstick.uncertainty.likelihood import (
     Candidate,
     InferenceProblem,
     LikelihoodEstimate,
-    by_expansion,
     by_sampling,
     compared,
     converged,
+    expanded_with_lines,
     with_lines,
 )
 from slipstick.uncertainty.likelihood.line_rules import ACROSS
@@ -49,7 +49,7 @@ DISTANCES = (0, 2, 4, 6, 8)
 GROUPS = {"table of 1 or 2": (1, 2), "1 or 2": (1, 2), "3 to 7": (3, 4, 5, 6, 7)}
 METHODS: dict[str, Callable[[InferenceProblem, Candidate], LikelihoodEstimate]] = {
     "auto": converged, "exact": with_lines,
-    "expansion": lambda problem, candidate: compared(problem, [candidate], by_expansion(
+    "expansion": lambda problem, candidate: compared(problem, [candidate], expanded_with_lines(
         problem, [candidate], _settings(candidate), ACROSS))[0],
     "sampling": lambda problem, candidate: compared(problem, [candidate], by_sampling(
         problem, [candidate], _settings(candidate), standard_normals(candidate.inputs.dimension, SAMPLES, 1)))[0]}

@@ -47,10 +47,10 @@ from slipstick.uncertainty.likelihood import (
     Candidate,
     InferenceProblem,
     LikelihoodEstimate,
-    by_expansion,
     by_sampling,
     compared,
     converged,
+    expanded_with_lines,
     with_lines,
 )
 from slipstick.uncertainty.likelihood.likelihood import KNOTTED, MOST_LINES
@@ -209,7 +209,8 @@ def _estimates(body: LikelihoodRequest, problem: InferenceProblem,
         return [with_lines(problem, candidate, body.lines, body.seed) for candidate in candidates]
     expansion = body.expansion.checked(0)
     if body.method == "expansion":
-        return compared(problem, candidates, by_expansion(problem, candidates, expansion, body.lines), body.seed)
+        return compared(problem, candidates, expanded_with_lines(
+            problem, candidates, expansion, body.lines, body.seed), body.seed)
     normals = standard_normals(len(problem.axes), body.samples, body.seed)
     return compared(problem, candidates, by_sampling(problem, candidates, expansion, normals), body.seed)
 

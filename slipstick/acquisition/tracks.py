@@ -51,8 +51,9 @@ def track(source: Source, ref: ChannelRef, times: TimeRef, unit: str | None) -> 
                            "Map the times that belong to it: time = \"...\" beside its channel")
     if len(time) < 2:
         raise BadRecording(f"{where} has {len(time)} samples", "Leave the file out, or map another channel")
-    # A sample without a time cannot be used; where its value is there, it leaves a gap.
-    timed = np.isfinite(time)
+    # A sample without a time, as in a column that is shorter than others, cannot be used; where its value is there, it
+    # leaves a gap. The clock of a group of MDF has a time for each sample.
+    timed = np.isfinite(time) | (time is channel.time)
     time, values = time[timed], channel.values[timed]
     if len(time) < 2:
         raise BadRecording(f"{where} has {len(time)} samples with a time", "Map the times that belong to it")

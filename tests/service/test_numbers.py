@@ -17,7 +17,7 @@ from slipstick.storage.library import Library
 from slipstick.table import Table
 from slipstick.uncertainty import Inputs, standard_normals
 from slipstick.uncertainty.chaos import ExpansionSettings
-from slipstick.uncertainty.likelihood import Candidate, by_expansion, by_sampling, converged, exact
+from slipstick.uncertainty.likelihood import Candidate, by_sampling, converged, exact, expanded_with_lines
 from slipstick.uncertainty.likelihood.line_rules import ACROSS
 
 POINTS = [[1.0, 1.0], [0.9, 1.1], [0.5, 1.5]]
@@ -126,7 +126,7 @@ def test_likelihood_returns_the_values_of_the_library(client: httpx.Client, libr
     without_checks = ExpansionSettings(checks=0)
     for method, expected in (
             ("auto", np.array([converged(problem, candidate, 7)[0] for candidate in candidates])),
-            ("expansion", by_expansion(problem, candidates, without_checks, ACROSS)),
+            ("expansion", expanded_with_lines(problem, candidates, without_checks, ACROSS, 7)),
             ("sampling", by_sampling(problem, candidates, without_checks, standard_normals(2, 1024, 7)))):
         response = client.post("/v1/likelihood", json={**body, "method": method}).json()
         assert response["recordings_digest"] == recordings.digest

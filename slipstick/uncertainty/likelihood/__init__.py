@@ -8,6 +8,7 @@ from slipstick.uncertainty.likelihood.likelihood import (
     compared,
     converged,
     exact,
+    expanded_with_lines,
     with_lines,
 )
 from slipstick.uncertainty.likelihood.problem import Candidate, InferenceProblem, ShiftingTimeModel
@@ -15,4 +16,5 @@ from slipstick.uncertainty.likelihood.replicates import LikelihoodEstimate
 from slipstick.uncertainty.likelihood.unknowns import Unknowns
 
 __all__ = ["SAMPLES", "TOLERANCE", "Candidate", "InferenceProblem", "LikelihoodEstimate", "ShiftingTimeModel",
-           "Unknowns", "by_expansion", "by_sampling", "compared", "converged", "exact", "with_lines"]
+           "Unknowns", "by_expansion", "by_sampling", "compared", "converged", "exact",
+           "expanded_with_lines", "with_lines"]

@@ -238,6 +238,24 @@ def by_sampling(problem: InferenceProblem, candidates: Sequence[Candidate], sett
     return likelihood
 
 
+def expanded_with_lines(problem: InferenceProblem, candidates: Sequence[Candidate], settings: ExpansionSettings,
+                        count: int = ACROSS, seed: int = 1) -> np.ndarray:
+    """log10 p per ms of c candidates by expansions, integrated as `with_lines` integrates a model: shape (c, n)."""
+    likelihood = np.empty((len(candidates), len(problem.measured_time)))
+    for row, (candidate, expansion) in enumerate(_expansions(problem, candidates, settings)):
+        likelihood[row] = _of_expansion(problem, candidate, expansion, count, seed)
+    return likelihood
+
+
+def _of_expansion(problem: InferenceProblem, candidate: Candidate, expansion: Expansion, count: int,
+                  seed: int) -> np.ndarray:
+    d, germs_of = candidate.inputs.dimension, candidate.inputs.germs_of
+    ends = expansion.at(germs_of(np.concatenate([np.zeros((1, d)), np.eye(d), -np.eye(d)])))
+    target = Target(lambda normals: expansion.at(germs_of(normals)), np.nan_to_num(ends[0]),
+                    np.nan_to_num((ends[1:1 + d] - ends[1 + d:]) / 2), problem.measured_time, candidate.output_std)
+    return integrate(target, count, seed).density
+
+
 def compared(problem: InferenceProblem, candidates: Sequence[Candidate], likelihood: np.ndarray,
              seed: int = 1) -> list[LikelihoodEstimate]:
     """The likelihood (c, n) by expansion or sampling with its error: the difference to that of `converged`.

@@ -8,7 +8,14 @@ from scipy.stats import norm
 
 from slipstick.uncertainty import Inputs
 from slipstick.uncertainty.chaos import ExpansionSettings
-from slipstick.uncertainty.likelihood import Candidate, InferenceProblem, by_expansion, compared, converged, with_lines
+from slipstick.uncertainty.likelihood import (
+    Candidate,
+    InferenceProblem,
+    compared,
+    converged,
+    expanded_with_lines,
+    with_lines,
+)
 from slipstick.uncertainty.likelihood.replicates import Target, integrate
 
 
@@ -70,12 +77,18 @@ def test_the_error_of_an_expansion_is_its_difference_to_the_model() -> None:
     bent = replace(problem, model=lambda points, conditions: plain(points, conditions) + np.maximum(
         points[:, :1] - 1.02, 0))
     settings = ExpansionSettings(8, checks=0)
-    estimate, = compared(bent, [candidate], by_expansion(bent, [candidate], settings, 64))
+    estimate, = compared(bent, [candidate], expanded_with_lines(bent, [candidate], settings))
     reference = converged(bent, candidate)
     assert reference.error < 0.05
     off = abs(estimate.density.sum() - reference.density.sum())
     assert off > 0.5
     assert off <= estimate.error < off + 0.1
+
+
+def test_an_expansion_of_a_linear_model_is_integrated_however_far_its_measured_times_are() -> None:
+    problem, candidate, exact = linear(2, 8)
+    density = expanded_with_lines(problem, [candidate], ExpansionSettings(8, checks=0))
+    np.testing.assert_allclose(density[0], exact, atol=2e-3)
 
 
 def test_a_condition_without_times_has_a_density_of_zero_and_no_error() -> None:
