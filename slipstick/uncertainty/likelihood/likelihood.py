@@ -9,7 +9,7 @@ given accuracy grows as the output noise decreases, and with the distance of a m
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -202,24 +202,24 @@ def times_on_lines(problem: InferenceProblem, inputs: Inputs, quadrature: lines.
     return problem.model(points, problem.conditions)
 
 
-def by_expansion(problem: InferenceProblem, candidates: Sequence[Candidate], settings: ExpansionSettings,
-                 count: int | None = None) -> np.ndarray:
-    """log10 p per ms of c candidates by integration of their expansions: shape (c, n).
+def by_expansion(problem: InferenceProblem, candidates: Sequence[Candidate],
+                 settings: ExpansionSettings) -> np.ndarray:
+    """log10 p per ms of c candidates by integration of their expansions, as a search compares them: shape (c, n).
 
-    The integral is along lines, as many as `exact` uses for this `count`. By default it is a sum over a lattice for one
-    or two inputs, if a lattice is accurate and takes less time. The value is -inf for a condition without an expansion.
-    The log10 likelihood is the sum over the conditions.
+    The integral is along the lines of `exact`, or for one or two inputs a sum over a lattice, if a lattice is accurate
+    and takes less time. The value is -inf for a condition without an expansion. The log10 likelihood is the sum over
+    the conditions.
     """
     likelihood = np.empty((len(candidates), len(problem.measured_time)))
     for row, (candidate, expansion) in enumerate(_expansions(problem, candidates, settings)):
         inputs, measured, noise = candidate.inputs, problem.measured_time, candidate.output_std
         slopes, points = expansion.linear, None
         direction = _leading(slopes)
-        if count is None and inputs.dimension <= KNOTTED:
+        if inputs.dimension <= KNOTTED:
             expected = expected_normals(measured - expansion.mean, slopes, noise)
             points = lattice.sufficient(slopes, direction, noise, expected, _MOST_IN_SEARCH)
         if points is None:
-            quadrature = along(direction, np.eye(inputs.dimension), WINDOW, count or ACROSS)
+            quadrature = along(direction, np.eye(inputs.dimension))
             times = expansion.at(inputs.germs_of(quadrature.scores))
             likelihood[row] = lines.log10_density(quadrature, times, measured, noise)
         else:
@@ -243,17 +243,14 @@ def expanded_with_lines(problem: InferenceProblem, candidates: Sequence[Candidat
     """log10 p per ms of c candidates by expansions, integrated as `with_lines` integrates a model: shape (c, n)."""
     likelihood = np.empty((len(candidates), len(problem.measured_time)))
     for row, (candidate, expansion) in enumerate(_expansions(problem, candidates, settings)):
-        likelihood[row] = _of_expansion(problem, candidate, expansion, count, seed)
+        def times_at(normals: np.ndarray, inputs: Inputs = candidate.inputs, expansion: Expansion = expansion
+                     ) -> np.ndarray:
+            return expansion.at(inputs.germs_of(normals))
+
+        centre, slopes = _differences(times_at, candidate.inputs.dimension)
+        target = Target(times_at, np.nan_to_num(centre), slopes, problem.measured_time, candidate.output_std)
+        likelihood[row] = integrate(target, count, seed).density
     return likelihood
-
-
-def _of_expansion(problem: InferenceProblem, candidate: Candidate, expansion: Expansion, count: int,
-                  seed: int) -> np.ndarray:
-    d, germs_of = candidate.inputs.dimension, candidate.inputs.germs_of
-    ends = expansion.at(germs_of(np.concatenate([np.zeros((1, d)), np.eye(d), -np.eye(d)])))
-    target = Target(lambda normals: expansion.at(germs_of(normals)), np.nan_to_num(ends[0]),
-                    np.nan_to_num((ends[1:1 + d] - ends[1 + d:]) / 2), problem.measured_time, candidate.output_std)
-    return integrate(target, count, seed).density
 
 
 def compared(problem: InferenceProblem, candidates: Sequence[Candidate], likelihood: np.ndarray,
@@ -291,8 +288,13 @@ def is_knotted(problem: InferenceProblem, inputs: Inputs) -> bool:
 
 def centre_slopes(problem: InferenceProblem, inputs: Inputs) -> tuple[np.ndarray, np.ndarray]:
     """Times (n,) in s at scores of 0, and their derivatives with respect to each normal score (d, n), 0 where NaN."""
-    d, step = inputs.dimension, np.eye(inputs.dimension)
-    times = problem.model(inputs.at_scores(np.concatenate([np.zeros((1, d)), step, -step])), problem.conditions)
+    return _differences(lambda scores: problem.model(inputs.at_scores(scores), problem.conditions), inputs.dimension)
+
+
+def _differences(times_at: Callable[[np.ndarray], np.ndarray], d: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times (n,) at coordinates of 0, and their derivatives (d, n) by differences over one std on either side."""
+    step = np.eye(d)
+    times = times_at(np.concatenate([np.zeros((1, d)), step, -step]))
     return times[0], np.nan_to_num((times[1:1 + d] - times[1 + d:]) / 2)
 
 
