@@ -24,7 +24,7 @@ from benchmarks.results import write
 from benchmarks.works import EXPANDED, default_table
 from slipstick.clutch.ensemble import shifting_times
 from slipstick.clutch.model import Model
-from slipstick.inference import table_problem
+from slipstick.inference.problems import table_problem
 from slipstick.pictures import theme
 from slipstick.pictures.rendering import render
 from slipstick.recordings import Recordings

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.results import write
-from slipstick.inference import table_problem
+from slipstick.inference.problems import table_problem
 from slipstick.storage.library import Library
 from slipstick.uncertainty import Inputs, log10_mean_density, standard_normals
 from slipstick.uncertainty.chaos import ExpansionSettings

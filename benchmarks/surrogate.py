@@ -26,7 +26,7 @@ from slipstick.bench.conditions import Conditions
 from slipstick.calibration import calibrate
 from slipstick.clutch.ensemble import Simulator, shifting_times
 from slipstick.clutch.model import Model
-from slipstick.inference import table_problem
+from slipstick.inference.problems import table_problem
 from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
 from slipstick.table import Axis, Grid, HeldOut

@@ -13,10 +13,10 @@ from benchmarks.expansion_peers import BASIS, Peers
 from benchmarks.likelihood import CASES, FITTED, reference
 from benchmarks.peers import FASTEST, Code, Work
 from benchmarks.whole_fit import whole_fit
-from slipstick.inference import table_problem
-from slipstick.matrix_product import multiply
+from slipstick.inference.problems import table_problem
+from slipstick.numerics.matrix_product import multiply
+from slipstick.numerics.register_tile import ROW_BYTES, ROWS
 from slipstick.recordings import Recordings
-from slipstick.register_tile import ROW_BYTES, ROWS
 from slipstick.table import Grid
 from slipstick.table.axis import Axis
 from slipstick.uncertainty import Inputs, log10_mean_density

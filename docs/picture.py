@@ -16,16 +16,16 @@ from benchmarks.benches import HEAVY
 from slipstick.bench import parameters
 from slipstick.clutch import ensemble
 from slipstick.clutch.model import Model
-from slipstick.figure_data import figure_data
-from slipstick.inference import table_problem
-from slipstick.physical_values import physical_inputs
+from slipstick.inference.figures import figure_data
+from slipstick.inference.problems import table_problem
 from slipstick.pictures import Spec, engagement, pictures, theme
 from slipstick.pictures.rendering import render
 from slipstick.pictures.study import study_pictures
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS
-from slipstick.study import StudySettings, conclude, examine
+from slipstick.studies import StudySettings, conclude, examine
 from slipstick.table import Table
+from slipstick.table.physical_values import physical_inputs
 from slipstick.uncertainty import fit
 
 CONDITION = 100

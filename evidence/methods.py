@@ -19,8 +19,8 @@ from slipstick.naming.selection import Finding
 from slipstick.naming.study import Naming
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS
-from slipstick.study import StudySettings, conclude, examine
-from slipstick.study.confidence import are_reported, confidence, evidence_of
+from slipstick.studies import StudySettings, conclude, examine
+from slipstick.studies.confidence import are_reported, confidence, evidence_of
 
 
 def answer_by_naming(case: str, bench_file: Path, recordings_file: Path) -> Answer:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from evidence.rates import Rate
 from evidence.tables import read_rates
-from slipstick.study.confidence import coefficients
+from slipstick.studies.confidence import coefficients
 
 ROOT = Path(__file__).parents[1]
 FEWEST = 10

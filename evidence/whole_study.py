@@ -25,7 +25,7 @@ from evidence.tables import print_rates, write_rates
 from slipstick.bench import Bench
 from slipstick.confirmation.gap import WITHIN
 from slipstick.recordings import Recordings
-from slipstick.study import StudySettings, conclude, examine
+from slipstick.studies import StudySettings, conclude, examine
 
 TABLE = Path(__file__).with_name("whole_study.csv")
 SUITES = ("one_known_effect", "one_unknown_effect", "one_known_effect", "nothing_missing")

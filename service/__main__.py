@@ -5,7 +5,7 @@ from slipstick.interruption import exit_with
 
 def main() -> int:
     """Serve until SIGTERM or Ctrl-C, or make a token."""
-    from service import command_line  # takes half a second, in which Ctrl-C ends the program in one line too
+    from . import command_line  # takes half a second, in which Ctrl-C ends the program in one line too
 
     return command_line.main()
 

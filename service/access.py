@@ -5,9 +5,10 @@ from urllib.parse import urlsplit
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service import problem_details
-from service.tokens import READING, BadTokens, Tokens, required_role
 from slipstick.errors import SlipstickError
+
+from . import problem_details
+from .tokens import READING, BadTokens, Tokens, required_role
 
 _LOG = logging.getLogger("uvicorn.error")
 _CHALLENGES = [(b"www-authenticate", b'Bearer realm="slipstick"'), (b"www-authenticate", b'Basic realm="slipstick"')]

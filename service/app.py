@@ -9,23 +9,27 @@ from functools import partial
 from fastapi import FastAPI
 from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
 
-from service import npy, pages, problem_details
-from service.access import Access
-from service.bodies import BodyLimits
-from service.computations import Computations
-from service.drawings import Drawings
-from service.failures import HeadRequests, UnexpectedErrors
-from service.following import Following
-from service.heartbeats import Heartbeats
-from service.job_store import APPLICATION, JobStore, connect
-from service.job_table import JobTable
-from service.metrics import RequestMetrics, StateMetrics
-from service.observation import Observed
-from service.openapi import openapi_document
-from service.recent import Recent
-from service.retention import remove_for_ever
-from service.revalidation import NotModified, not_modified
-from service.routes import (
+from slipstick import __version__
+from slipstick.storage.database import open_database
+from slipstick.storage.library import Library
+
+from . import npy, pages, problem_details
+from .access import Access
+from .bodies import BodyLimits
+from .computations import Computations
+from .drawings import Drawings
+from .failures import HeadRequests, UnexpectedErrors
+from .following import Following
+from .heartbeats import Heartbeats
+from .job_store import APPLICATION, JobStore, connect
+from .job_table import JobTable
+from .metrics import RequestMetrics, StateMetrics
+from .observation import Observed
+from .openapi import openapi_document
+from .recent import Recent
+from .retention import remove_for_ever
+from .revalidation import NotModified, not_modified
+from .routes import (
     benches,
     deletion,
     evaluate,
@@ -46,14 +50,11 @@ from service.routes import (
     table_upload,
     tables,
 )
-from service.settings import Settings
-from service.tokens import tokens_of
-from service.umbridge import routes as umbridge
-from service.umbridge.errors import BridgeErrors
-from service.warming import rehearse, warm
-from slipstick import __version__
-from slipstick.storage.database import open_database
-from slipstick.storage.library import Library
+from .settings import Settings
+from .tokens import tokens_of
+from .umbridge import routes as umbridge
+from .umbridge.errors import BridgeErrors
+from .warming import rehearse, warm
 
 _NOT_COMPRESSED = (*DEFAULT_EXCLUDED_CONTENT_TYPES, npy.MEDIA_TYPE, "application/octet-stream")
 """Random digits of arrays hardly shrink, and events must not wait in a buffer."""

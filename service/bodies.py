@@ -11,12 +11,13 @@ from fastapi import Request, Response
 from fastapi.routing import APIRoute
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service import problem_details
-from service.computations import Client, Computations
-from service.query import QueryNames
-from service.revalidation import headers_of
-from service.settings import Settings
 from slipstick.errors import InvalidValue, SlipstickError
+
+from . import problem_details
+from .computations import Client, Computations
+from .query import QueryNames
+from .revalidation import headers_of
+from .settings import Settings
 
 Handler = Callable[[Request], Coroutine[Any, Any, Response]]
 READING = "reading"

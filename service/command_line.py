@@ -8,10 +8,11 @@ import textwrap
 
 from pydantic import ValidationError
 
-from service.settings import Settings
-from service.tokens import ROLES, new_token
 from slipstick import __version__
 from slipstick.errors import InvalidValue, SlipstickError
+
+from .settings import Settings
+from .tokens import ROLES, new_token
 
 _EXAMPLES = """\
 examples:
@@ -84,8 +85,9 @@ def main() -> int:
             settings = Settings()
             _require_address(settings)
             gc.disable()  # all that is imported stays, and would be searched for garbage again and again
-            from service.server import make_server  # takes a second, which a token need not wait for
             from slipstick.storage.database import open_database
+
+            from .server import make_server  # takes a second, which a token need not wait for
 
             open_database(settings.jobs).dispose()  # its error in one line, which the server would log as a traceback
             server = make_server(settings)

@@ -10,9 +10,10 @@ from typing import Annotated, TypeVar
 import numpy as np
 from fastapi import Depends, Request
 
-from service.problem_details import Busy, TooSlow
 from slipstick.bench import Conditions
 from slipstick.uncertainty.likelihood import ShiftingTimeModel
+
+from .problem_details import Busy, TooSlow
 
 _Endpoint = TypeVar("_Endpoint", bound=Callable[..., object])
 

@@ -8,8 +8,9 @@ from typing import Annotated, Any, Literal
 from fastapi import Query, Request, Response
 from pydantic import BaseModel
 
-from service.pictures import preferred
 from slipstick.bench.conditions import CONDITION_UNITS
+
+from .pictures import preferred
 
 CSV = "text/csv"
 CSV_RESPONSE: dict[int | str, dict[str, Any]] = {200: {"content": {CSV: {"schema": {"type": "string"}}}}}

@@ -2,7 +2,9 @@
 
 from typing import Any
 
-from service.problem_details import (
+from slipstick import errors
+
+from .problem_details import (
     CURL_JSON,
     DATABASE_ERROR,
     MEDIA_TYPE,
@@ -19,7 +21,6 @@ from service.problem_details import (
     invalid_request,
     problem_from,
 )
-from slipstick import errors
 
 _DESCRIPTIONS = {
     400: "The request body is not valid JSON",

@@ -4,7 +4,7 @@ import logging
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service import problem_details
+from . import problem_details
 
 _LOG = logging.getLogger("uvicorn.error")
 

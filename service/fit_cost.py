@@ -1,13 +1,14 @@
 """What a fit costs at most, in shifting times that a table interpolates, so that no job blocks all others for days."""
 
-from service.job_store import Queue
-from service.problem_details import TooLarge
 from slipstick.uncertainty.chaos import make_basis
 from slipstick.uncertainty.chaos.families import HERMITE
 from slipstick.uncertainty.fit import FitSettings
 from slipstick.uncertainty.fit.classic import candidate_count
 from slipstick.uncertainty.fit.search_space import search_space
 from slipstick.uncertainty.likelihood import InferenceProblem
+
+from .job_store import Queue
+from .problem_details import TooLarge
 
 # Measured on one core: 1.9e8 shifting times a second by interpolation in a table of two axes, 5.1e5 by simulation, and
 # 26 µs for one candidate and condition of the likelihood along lines.

@@ -4,9 +4,14 @@ from typing import Literal
 
 from pydantic import BaseModel, Field
 
-from service.jobs import Ahead, BudgetLeft, Job, TimeBudget
-from service.paging import Page
-from service.schemas import (
+from slipstick.time_budget import DEFAULT, Partial
+from slipstick.uncertainty.chaos import HIGHEST_ORDER, Family, Rule
+from slipstick.uncertainty.fit import FitSettings
+from slipstick.uncertainty.fit.settings import Integration, Method
+
+from .jobs import Ahead, BudgetLeft, Job, TimeBudget
+from .paging import Page
+from .schemas import (
     BenchName,
     MassOutside,
     OutsidePolicy,
@@ -17,10 +22,6 @@ from service.schemas import (
     TableDigest,
     TableName,
 )
-from slipstick.time_budget import DEFAULT, Partial
-from slipstick.uncertainty.chaos import HIGHEST_ORDER, Family, Rule
-from slipstick.uncertainty.fit import FitSettings
-from slipstick.uncertainty.fit.settings import Integration, Method
 
 Bounds = list[Range]
 

@@ -13,8 +13,9 @@ from starlette.concurrency import run_in_threadpool
 from starlette.responses import StreamingResponse
 from starlette.types import Receive, Scope, Send
 
-from service.problem_details import Busy, problem_from
 from slipstick.errors import SlipstickError
+
+from .problem_details import Busy, problem_from
 
 _T = TypeVar("_T")
 _INTERVAL = 0.5

@@ -11,11 +11,12 @@ from typing import Any, Literal
 
 from dbos import DBOS, DBOSClient, WorkflowStatus, error
 
-from service.job_filter import STATUS, JobFilter
-from service.job_table import JobTable
-from service.problem_details import Conflict
 from slipstick.errors import UnknownName
 from slipstick.storage.database import open_database
+
+from .job_filter import STATUS, JobFilter
+from .job_table import JobTable
+from .problem_details import Conflict
 
 PROGRESS = "progress"
 Queue = Literal["short", "long"]

@@ -9,7 +9,7 @@ from typing import Any, TypeVarTuple
 import sqlalchemy as sa
 from sqlalchemy.dialects.postgresql import JSONB
 
-from service.job_filter import JobFilter
+from .job_filter import JobFilter
 
 _SCHEMA = "dbos"
 _TABLES = sa.MetaData(schema=_SCHEMA)

@@ -11,12 +11,13 @@ from fastapi import Header, Path, Query, Request
 from pydantic import BaseModel, Field
 from starlette.concurrency import run_in_threadpool
 
-from service.following import Following
-from service.job_filter import ENDED, STATUS, JobFilter, Status
-from service.job_store import JobInput, JobStore, Queue
-from service.problem_details import Conflict
 from slipstick.storage.library import Library
 from slipstick.time_budget import TimeBudgetEnded
+
+from .following import Following
+from .job_filter import ENDED, STATUS, JobFilter, Status
+from .job_store import JobInput, JobStore, Queue
+from .problem_details import Conflict
 
 _SUBMITTING = threading.Lock()
 """Held by the request that submits a job: of two with the same key, only one must replace a job."""

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import orjson
 
-from service import request_ids
+from . import request_ids
 
 LogFormat = Literal["json", "text"]
 ACCESS = logging.getLogger("slipstick.access")
@@ -21,7 +21,7 @@ def log_format() -> LogFormat:
 
 def log_config(form: LogFormat) -> dict[str, Any]:
     """Return the configuration of the loggers of the server and of the service."""
-    formatter = {"()": "service.logs.JsonLines" if form == "json" else "service.logs.Text"}
+    formatter = {"()": f"{__name__}.JsonLines" if form == "json" else f"{__name__}.Text"}
     loggers = {name: {"handlers": ["log"], "level": "INFO", "propagate": False} for name in ("uvicorn", "slipstick")}
     return {"version": 1, "disable_existing_loggers": False, "formatters": {"line": formatter}, "loggers": loggers,
             "handlers": {"log": {"class": "logging.StreamHandler", "formatter": "line", "stream": "ext://sys.stderr"}}}

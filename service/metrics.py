@@ -11,11 +11,11 @@ from prometheus_client.metrics_core import Metric
 from prometheus_client.registry import Collector
 from sqlalchemy.exc import SQLAlchemyError
 
-from service.computations import Computations
-from service.following import Following
-from service.heartbeats import Heartbeats
-from service.job_filter import STATUS
-from service.job_table import JobTable
+from .computations import Computations
+from .following import Following
+from .heartbeats import Heartbeats
+from .job_filter import STATUS
+from .job_table import JobTable
 
 _SECONDS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30, 100, 300)
 _METHODS = ("GET", "HEAD", "POST", "DELETE", "OPTIONS")

@@ -4,9 +4,9 @@ import time
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service import request_ids
-from service.logs import ACCESS
-from service.metrics import RequestMetrics
+from . import request_ids
+from .logs import ACCESS
+from .metrics import RequestMetrics
 
 
 class Observed:

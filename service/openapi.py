@@ -7,9 +7,9 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from starlette.routing import BaseRoute
 
-from service.error_responses import error_response
-from service.problem_details import ProblemDetails
-from service.tokens import required_role
+from .error_responses import error_response
+from .problem_details import ProblemDetails
+from .tokens import required_role
 
 _SCHEMES = {
     "bearer": {"type": "http", "scheme": "bearer", "description": "A token of this service."},

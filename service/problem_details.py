@@ -13,11 +13,12 @@ from sqlalchemy.exc import SQLAlchemyError
 from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
-from service import request_ids
-from service.front.page import error_page
-from service.pictures import preferred
-from service.request_keys import explain_unknown_key
 from slipstick import errors
+
+from . import request_ids
+from .front.page import error_page
+from .pictures import preferred
+from .request_keys import explain_unknown_key
 
 MEDIA_TYPE = "application/problem+json"
 CURL_JSON = "With curl 7.82 or newer, use `--json`; with an older version, add --header 'Content-Type: " \

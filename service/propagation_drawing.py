@@ -5,17 +5,18 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import orjson
 from fastapi import Query, Request, Response
 
-from service.csv_form import CSV, condition_columns, csv_response
-from service.drawings import Drawings
-from service.pictures import preferred
-from service.schemas import require_size
 from slipstick.pictures import propagation
 from slipstick.report.made import PROPAGATION
 from slipstick.table import Table
 from slipstick.table.subject import columns
 
+from .csv_form import CSV, condition_columns, csv_response
+from .drawings import Drawings
+from .pictures import preferred
+from .schemas import require_size
+
 if TYPE_CHECKING:
-    from service.routes.propagate import PropagateRequest
+    from .routes.propagate import PropagateRequest
 
 Form = Literal["json", "csv", "svg", "png", "html"]
 _MEDIA_TYPES: dict[Form, str] = {"json": "application/json", "csv": CSV, "svg": "image/svg+xml",

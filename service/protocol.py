@@ -6,8 +6,8 @@ from typing import Any
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from service import request_ids
-from service.problem_details import MEDIA_TYPE, malformed_request
+from . import request_ids
+from .problem_details import MEDIA_TYPE, malformed_request
 
 
 class Connection(H11Protocol):

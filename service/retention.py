@@ -7,7 +7,7 @@ import time
 from dbos import DBOSClient
 from sqlalchemy.exc import SQLAlchemyError
 
-from service.settings import Settings
+from .settings import Settings
 
 _LOG = logging.getLogger("uvicorn.error")
 _WORKFLOWS = ["fit", "study"]

@@ -8,13 +8,14 @@ from fastapi import Depends, Request
 from fastapi.responses import Response
 from pydantic import BaseModel, ConfigDict, Field, Strict
 
-from service.problem_details import TooLarge
-from service.settings import Settings
 from slipstick.errors import InvalidValue
 from slipstick.storage.library import Library
 from slipstick.table import Outside, Table
 from slipstick.uncertainty import Inputs
 from slipstick.uncertainty.chaos import Family
+
+from .problem_details import TooLarge
+from .settings import Settings
 
 SIMULATED = ("The recordings `measured` that are shipped with Slipstick are simulated test-bench data from an "
              "independent implementation; the recordings of the paper are not public.")

@@ -8,11 +8,12 @@ from types import FrameType
 
 import uvicorn
 
-from service.app import create_app
-from service.logs import log_config, log_format
-from service.protocol import Connection
-from service.settings import Settings
 from slipstick import interruption
+
+from .app import create_app
+from .logs import log_config, log_format
+from .protocol import Connection
+from .settings import Settings
 
 _GRACE_SECONDS, _LAST_SECONDS = 3, 4.0
 

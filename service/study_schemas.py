@@ -1,17 +1,18 @@
-"""Request and response bodies of studies. Settings, progress and result are those of `slipstick.study`."""
+"""Request and response bodies of studies. Settings, progress and result are those of `slipstick.studies`."""
 
 from typing import Annotated, Any
 
 import orjson
 from pydantic import BaseModel, Field, TypeAdapter, ValidatorFunctionWrapHandler, WrapValidator
 
-from service.jobs import Ahead, Job, TimeBudget
-from service.paging import Page
-from service.schemas import BenchName, RecordingsDigest, RecordingsName, StrictModel
-from slipstick.study import StudyResult, StudySettings
-from slipstick.study.progress import StudyProgress
-from slipstick.study.result import Law
+from slipstick.studies import StudyResult, StudySettings
+from slipstick.studies.progress import StudyProgress
+from slipstick.studies.result import Law
 from slipstick.time_budget import DEFAULT
+
+from .jobs import Ahead, Job, TimeBudget
+from .paging import Page
+from .schemas import BenchName, RecordingsDigest, RecordingsName, StrictModel
 
 _SETTINGS = TypeAdapter(StudySettings)
 

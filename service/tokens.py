@@ -15,9 +15,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
-from service.settings import Settings
-from service.umbridge.errors import PREFIX
 from slipstick.errors import SlipstickError
+
+from .settings import Settings
+from .umbridge.errors import PREFIX
 
 Role = Literal["read", "run", "admin"]
 """`read`: everything that changes nothing and stores nothing. `run`: also computations, uploads and jobs. `admin`: also

@@ -11,14 +11,15 @@ from fastapi import FastAPI
 from fastapi.middleware.asyncexitstack import AsyncExitStackMiddleware
 from starlette.types import Message, Scope
 
-from service.computations import Computations
-from service.routes.likelihood import EXAMPLE
 from slipstick.errors import SlipstickError
 from slipstick.table.axis import Axis
 from slipstick.table.interpolation import interpolate
 from slipstick.uncertainty import Inputs, standard_normals
 from slipstick.uncertainty.chaos import ExpansionSettings, Output, expand, make_basis
 from slipstick.uncertainty.likelihood import SAMPLES, Candidate, InferenceProblem, converged
+
+from .computations import Computations
+from .routes.likelihood import EXAMPLE
 
 _REHEARSALS = 3
 

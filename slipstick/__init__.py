@@ -4,6 +4,7 @@ The core library: numpy, scipy, numba, chaospy and h5py; no HTTP, no jobs, no en
 docs/architecture.md shows the packages and the direction of the imports.
 """
 
-__all__ = ["blocks", "calibration", "clutch", "errors", "figure_data", "inference", "matrix_product", "pictures",
-           "recordings", "register_tile", "report", "storage", "study", "table", "uncertainty"]
+__all__ = ["acquisition", "bench", "black_box", "blocks", "calibration", "clutch", "confirmation", "errors",
+           "inference", "naming", "numerics", "pictures", "plausibility", "recordings", "report", "storage", "studies",
+           "table", "uncertainty"]
 __version__ = "0.1.0"

@@ -24,8 +24,8 @@ from threadpoolctl import threadpool_limits
 
 from slipstick.clutch.ensemble import shifting_times
 from slipstick.recordings import Recordings
-from slipstick.study import StudyResult, StudySettings, conclude, examine
-from slipstick.study.figures import Figures
+from slipstick.studies import StudyResult, StudySettings, conclude, examine
+from slipstick.studies.figures import Figures
 from slipstick.table import Axis, Grid
 from tests import postgresql as postgresql_server
 from tests.benches import HEAVY, NOMINAL

@@ -21,7 +21,7 @@ FIRST = ("service/test_openapi.py", "slipstick/naming/test_finer_laws.py", "slip
 """The slowest files: started last, one of them would run alone at the end."""
 TOGETHER = {
     **dict.fromkeys(("service/test_openapi.py", "service/test_readme.py"), "a service with a worker"),
-    **dict.fromkeys(("slipstick/study/test_study_record.py", "slipstick/pictures/test_study_pictures.py",
+    **dict.fromkeys(("slipstick/studies/test_study_record.py", "slipstick/pictures/test_study_pictures.py",
                      "slipstick/report/test_study_page.py", "slipstick/report/test_page_in_browser.py"), "studies")}
 """File -> what it shares with others by a session fixture that takes seconds: these run in one process."""
 

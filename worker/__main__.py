@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
     parsed = parser.parse_args(arguments)
     module = parsed.command.replace("-", "_")
-    command = importlib.import_module(f"worker.{module}{'_' if keyword.iskeyword(module) else ''}")
+    command = importlib.import_module(f"{__package__}.{module}{'_' if keyword.iskeyword(module) else ''}")
     command_parser = argparse.ArgumentParser(prog=f"python -m worker {parsed.command}",
                                              description=COMMANDS[parsed.command])
     command.add_arguments(command_parser)

@@ -12,7 +12,8 @@ from slipstick.pictures.rendering import render
 from slipstick.plausibility import Inspection, inspect
 from slipstick.plausibility.picture import picture
 from slipstick.storage.files import replacing
-from worker.bench_option import bench_file
+
+from .bench_option import bench_file
 
 _FORMS: dict[str, Literal["svg", "png"]] = {".svg": "svg", ".png": "png"}
 

@@ -11,18 +11,19 @@ import numpy as np
 
 from slipstick.bench import parameters
 from slipstick.bench.conditions import Conditions
+from slipstick.black_box.simulation import OUTCOMES, start_executor
 from slipstick.clutch.ensemble import DEFAULT, STATUS, TIGHT
 from slipstick.clutch.model import Model
 from slipstick.errors import BadTable, InvalidValue, WrongLayout
-from slipstick.machine.simulation import OUTCOMES, start_executor
 from slipstick.table import Axis, Table
-from worker.bench_option import add_simulated_arguments, open_simulated
-from worker.building import build
-from worker.compiling import compile_simulator
-from worker.executors import add_dask_argument, open_executor
-from worker.machine_plan import MachineRuns, add_machine_argument, machine_axes, open_machine_file
-from worker.plan import GridPlan, Plan
-from worker.progress import Progress
+
+from .bench_option import add_simulated_arguments, open_simulated
+from .building import build
+from .compiling import compile_simulator
+from .executors import add_dask_argument, open_executor
+from .machine_plan import MachineRuns, add_machine_argument, machine_axes, open_machine_file
+from .plan import GridPlan, Plan
+from .progress import Progress
 
 ACCURACIES = {"default": DEFAULT, "tight": TIGHT}
 PAPER_AXES = ("pressure_bias=0.5:1.5:50", "initial_position=0.5:1.5:50")

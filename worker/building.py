@@ -19,8 +19,9 @@ import numpy as np
 from slipstick.errors import InvalidValue
 from slipstick.storage.files import move, replacing
 from slipstick.table import Grid
-from worker.executors import explained
-from worker.plan import GridPlan, Runs
+
+from .executors import explained
+from .plan import GridPlan, Runs
 
 Report = Callable[[int, int], None]
 """Called after every chunk with the number of finished engagements and how many of them an earlier build simulated."""

@@ -10,8 +10,9 @@ from slipstick.calibration import Calibration, calibrate
 from slipstick.errors import InvalidValue
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.storage.files import replacing
-from worker.bench_option import add_bench_argument, command_line, open_model, open_recordings
-from worker.orders import add_time_budget_argument
+
+from .bench_option import add_bench_argument, command_line, open_model, open_recordings
+from .orders import add_time_budget_argument
 
 LARGE_CHI_SQUARE = 2.0
 """Reduced chi-square above which the report speaks of a missing effect: the residuals have twice the variance of the

@@ -158,7 +158,7 @@ def _in_process(digest: str, function: Callable[..., Any], *arguments: Any, **na
 
 @cache
 def _processes() -> Executor:
-    from slipstick.machine.simulation import start_processes
+    from slipstick.black_box.simulation import start_processes
 
     if multiprocessing.current_process().daemon:
         raise InvalidValue("A Dask worker may not start the processes of a Python callable",

@@ -7,10 +7,11 @@ from concurrent.futures import CancelledError, Executor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 
+from slipstick.black_box import BlackBox, Function
+from slipstick.black_box.simulation import killed
 from slipstick.errors import InvalidValue
-from slipstick.machine import Function, MachineFile
-from slipstick.machine.simulation import killed
-from worker.cluster import Cluster, ClusterLost
+
+from .cluster import Cluster, ClusterLost
 
 
 def add_dask_argument(parser: argparse.ArgumentParser) -> None:
@@ -21,7 +22,7 @@ def add_dask_argument(parser: argparse.ArgumentParser) -> None:
                              "variable SLIPSTICK_DASK; docs/operations.md)")
 
 
-def open_executor(dask: str | None, here: Callable[[], Executor], file: MachineFile | None = None) -> Executor:
+def open_executor(dask: str | None, here: Callable[[], Executor], file: BlackBox | None = None) -> Executor:
     """The cluster at the address `dask`, or what `here` makes without one; raises `InvalidValue`.
 
     `file` is the machine that is simulated, if it is not a clutch.

@@ -11,11 +11,12 @@ from dbos import DBOS, WorkflowSerializationFormat
 
 from slipstick.time_budget import TimeBudgetEnded
 from slipstick.uncertainty import fit
-from worker import fit_steps
-from worker.computing import TimeEnded
-from worker.jobs import Computers, compute
-from worker.orders import Checkpoint, Order, time_left, with_time
-from worker.simulators import Simulators
+
+from . import fit_steps
+from .computing import TimeEnded
+from .jobs import Computers, compute
+from .orders import Checkpoint, Order, time_left, with_time
+from .simulators import Simulators
 
 
 def register(computers: Computers, simulators: Simulators) -> None:

@@ -13,19 +13,20 @@ from typing import Any
 import numpy as np
 
 from slipstick.bench import Bench, Conditions
-from slipstick.figure_data import figure_data
-from slipstick.inference import Measured, machine_problem, require_reach, simulated_problem, table_problem
-from slipstick.machine import Machine
-from slipstick.physical_values import physical_inputs
+from slipstick.black_box import BlackBoxDescription
+from slipstick.inference.figures import figure_data
+from slipstick.inference.problems import Measured, machine_problem, require_reach, simulated_problem, table_problem
 from slipstick.plausibility.mismatch import require_match
 from slipstick.storage.library import Library
+from slipstick.table.physical_values import physical_inputs
 from slipstick.table.subject import Subject, output_of
 from slipstick.time_budget import Partial, TimeBudgetEnded
 from slipstick.uncertainty import fit
 from slipstick.uncertainty.likelihood import InferenceProblem, ShiftingTimeModel
-from worker.computing import Report
-from worker.orders import Checkpoint, Order, clock_times, require_same, stage_times
-from worker.simulators import Simulators
+
+from .computing import Report
+from .orders import Checkpoint, Order, clock_times, require_same, stage_times
+from .simulators import Simulators
 
 _STEP_SECONDS = 1.0
 _REPORT_SECONDS = 0.5
@@ -41,7 +42,7 @@ def start(library: Library, report: Report, simulators: Simulators, order: Order
     state = fit.initial_state(task.settings, task.problem)
     if order["simulate"]:
         require_reach(_Progress(task, report, "start").problem(state), output_of(task.model))
-        if not isinstance(task.model, Machine):
+        if not isinstance(task.model, BlackBoxDescription):
             require_match(library.recording(order["recordings"]), _bench(library, order), task.model)
     return {"state": state, **stage_times({}, "open", begin)}
 
@@ -153,7 +154,7 @@ def _open(library: Library, simulators: Simulators, order: Order) -> _Task:
     require_same(order, "recordings", recordings.digest, "fit")
     if not order["simulate"]:
         problem = table_problem(table, recordings, order["outside"], order["parameters"])
-    elif isinstance(table.model, Machine):
+    elif isinstance(table.model, BlackBoxDescription):
         problem = machine_problem(table.model, simulators.of_machine(table.model, order["parameters"]), recordings,
                                   order["parameters"])
     else:

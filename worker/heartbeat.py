@@ -14,8 +14,9 @@ from sqlalchemy import Engine, text
 from sqlalchemy.exc import IntegrityError, SQLAlchemyError
 
 from slipstick.storage.database import clock
-from worker.jobs import QUEUES
-from worker.worker_name import NameLock
+
+from .jobs import QUEUES
+from .worker_name import NameLock
 
 _SECONDS = 1.0
 _DEAD_SECONDS = 5.0

@@ -15,8 +15,9 @@ from slipstick.bench import Bench
 from slipstick.errors import BadRecording, InvalidValue
 from slipstick.report.imported import imported_page, summary
 from slipstick.storage.files import replacing
-from worker.bench_option import add_bench_argument
-from worker.progress import Progress
+
+from .bench_option import add_bench_argument
+from .progress import Progress
 
 _MOST_REMARKS = 20
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from dbos import DBOS, error
 
-from worker.computing import Computer
+from .computing import Computer
 
 QUEUES = ("short", "long")
 """Names of the queues: a worker runs one job of each at a time, so that a short job does not wait for a long one."""

@@ -12,11 +12,12 @@ from pathlib import Path
 import numpy as np
 
 import slipstick
+from slipstick.black_box import BlackBox, BlackBoxDescription, Cases, Simulation
+from slipstick.black_box.simulation import FAILED, NONE
 from slipstick.errors import InvalidValue
-from slipstick.machine import Cases, Machine, MachineFile, Simulation, open_machine
-from slipstick.machine.simulation import FAILED, NONE
 from slipstick.table import Axis
-from worker.plan import Simulate, grid_points, slices
+
+from .plan import Simulate, grid_points, slices
 
 CHUNK = 20
 """Runs per chunk, the most that each worker of a killed build has to repeat."""
@@ -33,19 +34,19 @@ def add_machine_argument(parser: argparse.ArgumentParser) -> None:
 class MachineRuns:
     """Runs of a simulator at `design` (m, d) under the conditions of its file; a grid has `axes`."""
 
-    file: MachineFile
+    file: BlackBox
     axes: tuple[Axis, ...]
     design: np.ndarray
 
     @classmethod
-    def on_grid(cls, file: MachineFile, axes: tuple[Axis, ...]) -> "MachineRuns":
+    def on_grid(cls, file: BlackBox, axes: tuple[Axis, ...]) -> "MachineRuns":
         """The runs at the points of a grid."""
         return cls(file, axes, grid_points(axes, slice(0, int(np.prod([len(axis.values) for axis in axes])))))
 
     @property
-    def model(self) -> Machine:
+    def model(self) -> BlackBoxDescription:
         """The machine."""
-        return self.file.machine
+        return self.file.description
 
     @property
     def conditions(self) -> Cases:
@@ -104,35 +105,35 @@ class MachineRuns:
                   f"{self.simulation.reason(self.design[row], self.conditions, condition)}", file=sys.stderr)
 
 
-def open_machine_file(arguments: argparse.Namespace) -> MachineFile:
+def open_machine_file(arguments: argparse.Namespace) -> BlackBox:
     """The file of `--machine`; raises `InvalidValue` also for options that are about the clutch only."""
     for option in ("model", "conditions"):
         if getattr(arguments, option):
             raise InvalidValue(f"--{option} and --machine exclude each other",
                                "The file of the machine describes its simulator and its conditions")
-    return open_machine(arguments.machine)
+    return BlackBox.open(arguments.machine)
 
 
-def machine_axes(file: MachineFile, texts: Sequence[str] | None, counted: bool) -> tuple[Axis, ...]:
+def machine_axes(file: BlackBox, texts: Sequence[str] | None, counted: bool) -> tuple[Axis, ...]:
     """Axes from NAME=LOW:HIGH, with :COUNT if `counted`; by default all inputs over their ranges."""
     if not texts:
-        return tuple(_axis(file.machine, entry.name, entry.lower, entry.upper, points if counted else 2)
-                     for entry, points in zip(file.machine.inputs, file.points, strict=True))
+        return tuple(_axis(file.description, entry.name, entry.lower, entry.upper, points if counted else 2)
+                     for entry, points in zip(file.description.inputs, file.points, strict=True))
     axes = []
     for text in texts:
         name, _, span = text.partition("=")
-        file.machine.input(name)
+        file.description.input(name)
         try:
             low, high, *count = span.split(":")
             (points,) = map(int, count) if counted else (2,)
-            axes.append(_axis(file.machine, name, float(low), float(high), points))
+            axes.append(_axis(file.description, name, float(low), float(high), points))
         except ValueError as error:
             form = "NAME=LOW:HIGH:COUNT" if counted else "NAME=LOW:HIGH"
             raise InvalidValue(f"'{text}' is not a valid axis", f"Write {form}, in multiples of nominal") from error
     return tuple(axes)
 
 
-def _axis(machine: Machine, name: str, low: float, high: float, points: int) -> Axis:
+def _axis(machine: BlackBoxDescription, name: str, low: float, high: float, points: int) -> Axis:
     entry = machine.input(name)
     if low < entry.lower or high > entry.upper:
         raise InvalidValue(f"The axis {name} from {low:g} to {high:g} exceeds the range of the input, "

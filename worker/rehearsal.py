@@ -13,13 +13,14 @@ from slipstick.clutch.ensemble import shifting_times, signals
 from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS, Signals
-from slipstick.study import StudySettings, conclude, examine
+from slipstick.studies import StudySettings, conclude, examine
 from slipstick.table.axis import Axis
 from slipstick.table.interpolation import interpolate
 from slipstick.uncertainty import fit
 from slipstick.uncertainty.fit import FitSettings
 from slipstick.uncertainty.likelihood import InferenceProblem
-from worker.compiling import compile_simulator
+
+from .compiling import compile_simulator
 
 _ENGAGEMENTS, _SAMPLES = 24, 300  # the fewest of a study
 _EFFECTS = {"stribeck_friction": {"strength": 0.2, "decay_speed": 20.0}, "output_speed_sensor_lag": {"lag": 0.02}}

@@ -13,15 +13,16 @@ from pathlib import Path
 from dbos import DBOS, error
 
 from slipstick import interruption
+from slipstick.black_box import BlackBox
 from slipstick.errors import InvalidValue
-from slipstick.machine import open_machine
 from slipstick.storage.database import file_of, is_server, open_database, shown
-from worker import fit_job, heartbeat, jobs, study_job
-from worker.bench_option import library_folder
-from worker.computing import Computer
-from worker.executors import add_dask_argument
-from worker.simulators import Simulators
-from worker.worker_name import locked_name
+
+from . import fit_job, heartbeat, jobs, study_job
+from .bench_option import library_folder
+from .computing import Computer
+from .executors import add_dask_argument
+from .simulators import Simulators
+from .worker_name import locked_name
 
 _APPLICATION = "slipstick"
 _VERSION = "jobs-4"
@@ -58,8 +59,8 @@ def run(arguments: argparse.Namespace) -> int:
     if not Path(arguments.tables).is_dir():
         raise InvalidValue(f"There is no folder '{arguments.tables}'",
                            "Give that of the service as --tables, or in SLIPSTICK_TABLES")
-    files = [open_machine(path) for path in arguments.machine]
-    simulators = Simulators({file.machine.digest: file for file in files}, arguments.dask)
+    files = [BlackBox.open(path) for path in arguments.machine]
+    simulators = Simulators({file.description.digest: file for file in files}, arguments.dask)
     stops = {signal.SIGTERM, signal.SIGINT}
     resource_tracker.ensure_running()  # before the next lines: when it starts, it unblocks these signals
     # Blocked before other threads start: they inherit the mask, so that only `sigwait` below receives the signals.
@@ -70,8 +71,9 @@ def run(arguments: argparse.Namespace) -> int:
         DBOS(config={"name": _APPLICATION, "system_database_url": arguments.jobs, "application_version": _VERSION,
                      "executor_id": name, "log_level": "WARNING"})
         logging.getLogger("dbos").addFilter(_is_not_cancellation)
-        rehearsal = None if arguments.no_compile else subprocess.Popen([sys.executable, "-m", "worker.rehearsal"])
-        modules = "worker.fit_steps", "worker.study_steps"
+        rehearse = [sys.executable, "-m", f"{__package__}.rehearsal"]
+        rehearsal = None if arguments.no_compile else subprocess.Popen(rehearse)
+        modules = f"{__package__}.fit_steps", f"{__package__}.study_steps"
         computers = {queue: Computer(arguments.tables, modules) for queue in jobs.QUEUES}
         fit_job.register(computers, simulators)
         study_job.register(computers)

@@ -11,10 +11,11 @@ from slipstick.clutch import effects
 from slipstick.clutch.model import Model
 from slipstick.errors import BadRecording, InvalidValue
 from slipstick.recordings import Recordings
-from slipstick.simulated_recordings import SIMULATED, simulated_recordings
+from slipstick.recordings.simulated import SIMULATED, simulated_recordings
 from slipstick.storage.files import replacing
-from worker.bench_option import add_simulated_arguments, command_line, open_simulated
-from worker.compiling import compile_simulator
+
+from .bench_option import add_simulated_arguments, command_line, open_simulated
+from .compiling import compile_simulator
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

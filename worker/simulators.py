@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 
 from slipstick.bench import Conditions
+from slipstick.black_box import BlackBox, BlackBoxDescription, Function, Workers
 from slipstick.clutch.ensemble import Simulator
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
-from slipstick.machine import Function, Machine, MachineFile, Workers
 from slipstick.uncertainty.likelihood import ShiftingTimeModel
-from worker.cluster import Cluster
-from worker.executors import explained
+
+from .cluster import Cluster
+from .executors import explained
 
 _clusters: dict[tuple[str, bool], Cluster] = {}
 _workers: dict[str, Workers] = {}
@@ -26,7 +27,7 @@ _workers: dict[str, Workers] = {}
 class Simulators:
     """What the fits of a worker may simulate, and on which Dask scheduler; None is this machine."""
 
-    machines: Mapping[str, MachineFile] = field(default_factory=dict)
+    machines: Mapping[str, BlackBox] = field(default_factory=dict)
     """Other machines than the clutch, by their digests."""
     dask: str | None = None
 
@@ -36,7 +37,7 @@ class Simulators:
             return Simulator(model, axes)
         return partial(_spread, _cluster(self.dask), Simulator(model, axes, threads=1))
 
-    def of_machine(self, machine: Machine, axes: Sequence[str]) -> ShiftingTimeModel:
+    def of_machine(self, machine: BlackBoxDescription, axes: Sequence[str]) -> ShiftingTimeModel:
         """The simulation of another machine; raises `InvalidValue`."""
         file = self.machines.get(machine.digest)
         if file is None:
@@ -52,13 +53,13 @@ class Simulators:
 
         return simulate
 
-    def _workers(self, file: MachineFile) -> Workers:
+    def _workers(self, file: BlackBox) -> Workers:
         if self.dask is not None:
             cluster = _cluster(self.dask, isinstance(file.simulator, Function))
             return Workers(file, cluster.threads, cluster)
-        if file.machine.digest not in _workers:
-            _workers[file.machine.digest] = Workers(file, os.cpu_count() or 1)
-        return _workers[file.machine.digest]
+        if file.description.digest not in _workers:
+            _workers[file.description.digest] = Workers(file, os.cpu_count() or 1)
+        return _workers[file.description.digest]
 
 
 def _cluster(address: str, needs_main_thread: bool = False) -> Cluster:

@@ -14,14 +14,15 @@ from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings
 from slipstick.report.study.page import study_page
 from slipstick.storage.files import replacing
-from slipstick.study import StudyResult, StudySettings, conclude, examine, unconfirmed
-from slipstick.study.export import file_stem, has_table, law_csv, law_mat
-from slipstick.study.progress import Log, StudyProgress
-from slipstick.study.record import figures_from_dict, result_from_dict
+from slipstick.studies import StudyResult, StudySettings, conclude, examine, unconfirmed
+from slipstick.studies.export import file_stem, has_table, law_csv, law_mat
+from slipstick.studies.progress import Log, StudyProgress
+from slipstick.studies.record import figures_from_dict, result_from_dict
 from slipstick.time_budget import TimeBudgetEnded
-from worker.bench_option import add_bench_argument, command_line, open_recordings
-from worker.orders import add_time_budget_argument, clock_times, stage_times
-from worker.study_text import study_text
+
+from .bench_option import add_bench_argument, command_line, open_recordings
+from .orders import add_time_budget_argument, clock_times, stage_times
+from .study_text import study_text
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

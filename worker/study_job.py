@@ -7,10 +7,10 @@ from typing import Any
 
 from dbos import DBOS, WorkflowSerializationFormat
 
-from worker import study_steps
-from worker.computing import TimeEnded
-from worker.jobs import Computers, compute
-from worker.orders import Checkpoint, Order, time_left, with_time
+from . import study_steps
+from .computing import TimeEnded
+from .jobs import Computers, compute
+from .orders import Checkpoint, Order, time_left, with_time
 
 
 def register(computers: Computers) -> None:

@@ -1,4 +1,4 @@
-"""The steps of a study, `examine` and `conclude` of `slipstick.study`; each takes some seconds to some minutes.
+"""The steps of a study, `examine` and `conclude` of `slipstick.studies`; each takes some seconds to some minutes.
 
 The checkpoint between both holds what is `named`.
 """
@@ -10,10 +10,11 @@ from typing import Any
 from slipstick.bench import Bench
 from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
-from slipstick.study import StudySettings, conclude, examine, unconfirmed
-from slipstick.study.progress import Log, StudyProgress
-from worker.computing import Report
-from worker.orders import Checkpoint, Order, clock_times, require_same, stage_times
+from slipstick.studies import StudySettings, conclude, examine, unconfirmed
+from slipstick.studies.progress import Log, StudyProgress
+
+from .computing import Report
+from .orders import Checkpoint, Order, clock_times, require_same, stage_times
 
 _REPORT_SECONDS = 0.5
 

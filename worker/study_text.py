@@ -7,9 +7,9 @@ from slipstick.report.shell import SIGN
 from slipstick.report.study import content, parts
 from slipstick.report.study.simulation import lead
 from slipstick.report.study.warnings import warnings
-from slipstick.study.figures import Figures
-from slipstick.study.result import StudyResult
-from slipstick.study.settings import StudySettings
+from slipstick.studies.figures import Figures
+from slipstick.studies.result import StudyResult
+from slipstick.studies.settings import StudySettings
 
 _WIDTH = 110
 

@@ -15,21 +15,22 @@ import scipy
 import slipstick
 from slipstick.bench import parameters
 from slipstick.bench.conditions import Conditions
+from slipstick.black_box.simulation import start_executor
 from slipstick.clutch.ensemble import LOCKED, TIGHT, Accuracy, shifting_times
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
-from slipstick.machine.simulation import start_executor
 from slipstick.table import Axis, HeldOut, Network, Surrogate
 from slipstick.table.axis import box
 from slipstick.table.surrogate import germs
-from worker.build import ACCURACIES, add_model_arguments, read_model_arguments, require_distinct, require_output
-from worker.building import simulated
-from worker.compiling import compile_simulator
-from worker.executors import explained, open_executor
-from worker.machine_plan import MachineRuns, machine_axes, open_machine_file
-from worker.plan import CHUNK, slices
-from worker.progress import Progress
-from worker.training import train
+
+from .build import ACCURACIES, add_model_arguments, read_model_arguments, require_distinct, require_output
+from .building import simulated
+from .compiling import compile_simulator
+from .executors import explained, open_executor
+from .machine_plan import MachineRuns, machine_axes, open_machine_file
+from .plan import CHUNK, slices
+from .progress import Progress
+from .training import train
 
 RUNS, STEPS, SEED = 20_000, 50_000, 1
 FEWEST_RUNS = 100
@@ -137,7 +138,8 @@ def _of_machine(arguments: argparse.Namespace) -> Surrogate:
         plan.tell_failures(status)
         _require_locked(axes, plan.design, status, "runs in the box have no output")
         network, error = design.trained(axes, outputs[:runs], outputs[runs:], steps)
-        surrogate = Surrogate(axes, network, error, runs, steps, arguments.seed, file.cases, file.machine, plan.origin)
+        surrogate = Surrogate(axes, network, error, runs, steps, arguments.seed, file.cases, file.description,
+                              plan.origin)
         surrogate.write(arguments.out)
     return surrogate
 

@@ -2,8 +2,8 @@
 
     m <- 0.9 m + 0.1 g,   v <- 0.999 v + 0.001 g^2,   w <- w - rate m / (sqrt(v) + 1e-8), m and v bias-corrected
 
-All matrix products are those of slipstick/matrix_product.py, so that the network does not depend on the number of
-threads. Source: Kingma, Ba: Adam: a method for stochastic optimization, ICLR 2015; the rate decays as a cosine
+All matrix products are those of slipstick/numerics/matrix_product.py, so that the network does not depend on the number
+of threads. Source: Kingma, Ba: Adam: a method for stochastic optimization, ICLR 2015; the rate decays as a cosine
 (Loshchilov, Hutter: SGDR: stochastic gradient descent with warm restarts, ICLR 2017).
 """
 
@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from slipstick.matrix_product import matrix_product
+from slipstick.numerics.matrix_product import matrix_product
 from slipstick.table.network import Network, sigmoid
 from slipstick.uncertainty.chaos.least_squares import projection
 

@@ -7,15 +7,16 @@ from pathlib import Path
 import numpy as np
 
 from slipstick.bench import Bench, Conditions
+from slipstick.black_box import BlackBox, BlackBoxDescription, Workers
+from slipstick.black_box.simulation import OUTCOMES
 from slipstick.clutch.ensemble import STATUS, TIGHT, Simulator
 from slipstick.errors import InvalidValue
-from slipstick.machine import Machine, Workers, open_machine
-from slipstick.machine.simulation import OUTCOMES
 from slipstick.recordings import Recordings
 from slipstick.table import Grid, Surrogate, Table
 from slipstick.uncertainty import Inputs, log10_mean_density, mass_outside, standard_normals
-from worker.bench_option import bench_file
-from worker.surrogate import describe_error
+
+from .bench_option import bench_file
+from .surrogate import describe_error
 
 SHIPPED = Path("tables/measured.h5")
 SAMPLES = 1024
@@ -48,7 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.bench:
         Bench.open(arguments.bench).require(table.clutch.physics)
     print(describe(table))
-    if isinstance(table.model, Machine):
+    if isinstance(table.model, BlackBoxDescription):
         if arguments.points > 0:
             print(machine_error(table, table.model, arguments.machine, arguments.points, arguments.seed))
     elif arguments.points > 0:
@@ -64,7 +65,7 @@ def describe(table: Table) -> str:
     kind: str = table.kind
     if isinstance(table, Grid):
         shape = " x ".join(str(len(axis.values)) for axis in table.axes)
-        what, outcomes = ("runs", OUTCOMES) if isinstance(table.model, Machine) else ("engagements", STATUS)
+        what, outcomes = ("runs", OUTCOMES) if isinstance(table.model, BlackBoxDescription) else ("engagements", STATUS)
         counts = (f"{np.count_nonzero(table.status == code):,} {name}" for code, name in outcomes.items())
         kind += f" of {shape} points; {what}: {', '.join(counts)}"
     if isinstance(table, Surrogate):
@@ -75,21 +76,21 @@ def describe(table: Table) -> str:
 
 
 def _model(table: Table) -> str:
-    if isinstance(table.model, Machine):
+    if isinstance(table.model, BlackBoxDescription):
         return f"{table.output.name} in {table.output.unit} of: {table.model.title}"
     effects = ", ".join(table.model.effects) or "none"
     return f"effects: {effects}" + "".join(f"\nmeasured law: {law.quantity} over {law.depends_on}"
                                            for law in table.model.laws)
 
 
-def machine_error(table: Table, machine: Machine, path: Path | None, count: int, seed: int) -> str:
+def machine_error(table: Table, machine: BlackBoxDescription, path: Path | None, count: int, seed: int) -> str:
     """As `interpolation_error`, for another machine, whose simulator is that of the file at `path`."""
     if not machine.simulator:
         return "error: not computed; another program computed the table, so there is no simulation to compare with"
     if path is None:
         return "error: not computed; give --machine FILE.toml to simulate the machine"
-    file = open_machine(path)
-    if file.machine.digest != machine.digest:
+    file = BlackBox.open(path)
+    if file.description.digest != machine.digest:
         raise InvalidValue(f"'{path.name}' describes another machine or simulator than the table",
                            "Give the file from which the table was built, or build the table again")
     points = np.random.default_rng(seed).uniform(table.lower, table.upper, (count, len(table.axes)))

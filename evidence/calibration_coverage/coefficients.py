@@ -14,8 +14,8 @@ from evidence.calibration_coverage.sets import BENCHES
 from evidence.calibration_coverage.table import Row
 from slipstick.clutch import effects
 from slipstick.clutch.model import Model
-from slipstick.simulated_recordings import simulated_recordings
-from slipstick.study import StudySettings, conclude, examine
+from slipstick.recordings.simulated import simulated_recordings
+from slipstick.studies import StudySettings, conclude, examine
 
 SETS = 3
 """Simulated sets of each effect."""

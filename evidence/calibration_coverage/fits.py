@@ -17,7 +17,7 @@ from scipy.special import ndtr
 from scipy.stats import f
 
 from evidence.calibration_coverage.table import Row
-from slipstick.inference import table_model
+from slipstick.inference.problems import table_model
 from slipstick.storage.library import Library
 from slipstick.uncertainty import Inputs, fit, standard_normals
 from slipstick.uncertainty.fit import FitSettings

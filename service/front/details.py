@@ -4,15 +4,16 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from itertools import islice
 
-from service.csv_form import condition_columns
-from service.front.elements import Link
 from slipstick.bench import Bench, parameters
-from slipstick.machine import Measurements
+from slipstick.black_box import Measurements
 from slipstick.pictures.theme import in_words
 from slipstick.recordings import Recordings
 from slipstick.report.markup import definitions, paragraph, section, table
 from slipstick.table import Table
 from slipstick.table.subject import Setting, columns
+
+from ..csv_form import condition_columns
+from ..front.elements import Link
 
 _MOST = 1000
 """Maximum number of conditions on a page."""

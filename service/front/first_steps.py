@@ -2,9 +2,10 @@
 
 from html import escape
 
-from service.front.elements import Link
 from slipstick.report.markup import paragraph
 from slipstick.storage.library import Library
+
+from ..front.elements import Link
 
 _JSON = "--header 'Content-Type: application/json'"
 

@@ -2,14 +2,15 @@
 
 from collections.abc import Callable
 
-from service.front.elements import Entry, group, listings, plural
+from slipstick.black_box import Measurements
 from slipstick.errors import SlipstickError
-from slipstick.machine import Measurements
 from slipstick.pictures import units
 from slipstick.pictures.theme import in_words
 from slipstick.report.words import listed
 from slipstick.storage.library import Library
 from slipstick.table import Axis, Surrogate
+
+from ..front.elements import Entry, group, listings, plural
 
 
 def holdings(library: Library) -> str:

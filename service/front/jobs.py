@@ -5,18 +5,19 @@ from dataclasses import dataclass
 from functools import lru_cache
 from html import escape
 
-from service.fit_schemas import Fit, FitProgress, FitWithProgress
-from service.front.elements import Entry, Link, group, listings, moment, plural
-from service.heartbeats import Heartbeats
-from service.job_filter import ENDED, JobFilter
-from service.job_store import JobStore
-from service.jobs import finished_job, is_partial, output_of
-from service.routes import fits, studies
-from service.study_schemas import Study, StudyWithProgress
 from slipstick.pictures.theme import in_words
 from slipstick.report.markup import paragraph
 from slipstick.report.words import fitted, listed
-from slipstick.study.progress import StudyProgress
+from slipstick.studies.progress import StudyProgress
+
+from ..fit_schemas import Fit, FitProgress, FitWithProgress
+from ..front.elements import Entry, Link, group, listings, moment, plural
+from ..heartbeats import Heartbeats
+from ..job_filter import ENDED, JobFilter
+from ..job_store import JobStore
+from ..jobs import finished_job, is_partial, output_of
+from ..routes import fits, studies
+from ..study_schemas import Study, StudyWithProgress
 
 _STAGES = {"start": "starting the simulator, which is compiled at its first use", "search": "searching",
            "refine": "refining the best candidate", "intervals": "computing intervals",

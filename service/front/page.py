@@ -4,10 +4,11 @@ from functools import cache
 from html import escape
 from pathlib import Path
 
-from service.front.elements import Link
 from slipstick import __version__
 from slipstick.report import shell
 from slipstick.report.markup import paragraph
+
+from ..front.elements import Link
 
 _STYLE = Path(__file__).with_name("front.css")
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'self'; connect-src 'self'; img-src data:"

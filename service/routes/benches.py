@@ -5,18 +5,19 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from service.bodies import JsonRoute, require_media_type
-from service.computations import computes
-from service.csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
-from service.error_responses import error_responses
-from service.paging import Limit, Offset, Page, page_links
-from service.problem_details import Conflict
-from service.revalidation import NOT_MODIFIED, RevalidationDependency
-from service.routes.tables import CurrentProfile, list_profiles
-from service.schemas import LibraryDependency
 from slipstick.bench import TEMPLATE, Bench, parameters
 from slipstick.errors import SlipstickError
 from slipstick.storage.library import Library
+
+from ..bodies import JsonRoute, require_media_type
+from ..computations import computes
+from ..csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
+from ..error_responses import error_responses
+from ..paging import Limit, Offset, Page, page_links
+from ..problem_details import Conflict
+from ..revalidation import NOT_MODIFIED, RevalidationDependency
+from ..routes.tables import CurrentProfile, list_profiles
+from ..schemas import LibraryDependency
 
 router = APIRouter(prefix="/v1/benches", tags=["benches"], route_class=JsonRoute)
 _MEDIA_TYPE = "application/toml"

@@ -6,16 +6,16 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from service.bodies import JsonRoute
-from service.error_responses import error_responses
-from service.job_filter import ACTIVE, JobFilter
-from service.job_store import JobStore
-from service.problem_details import Conflict
-from service.routes.fits import FitStore
-from service.routes.recordings import RecordingsNamePath
-from service.routes.studies import StudyStore
-from service.routes.tables import TableNamePath
-from service.schemas import LibraryDependency
+from ..bodies import JsonRoute
+from ..error_responses import error_responses
+from ..job_filter import ACTIVE, JobFilter
+from ..job_store import JobStore
+from ..problem_details import Conflict
+from ..routes.fits import FitStore
+from ..routes.recordings import RecordingsNamePath
+from ..routes.studies import StudyStore
+from ..routes.tables import TableNamePath
+from ..schemas import LibraryDependency
 
 router = APIRouter(prefix="/v1", route_class=JsonRoute)
 

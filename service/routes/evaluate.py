@@ -9,13 +9,19 @@ from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from starlette.concurrency import run_in_threadpool
 
-from service import npy
-from service.bodies import Handler, JsonRoute, compute, require_media_type
-from service.csv_form import CSV, TableForm, condition_columns, csv_response, wants_csv
-from service.descriptions import Description, descriptions
-from service.error_responses import error_responses
-from service.problem_details import MalformedBody
-from service.schemas import (
+from slipstick.errors import InvalidValue
+from slipstick.storage.library import Library
+from slipstick.table import Outside, Table
+from slipstick.table.points import count_outside
+from slipstick.table.subject import columns
+
+from .. import npy
+from ..bodies import Handler, JsonRoute, compute, require_media_type
+from ..csv_form import CSV, TableForm, condition_columns, csv_response, wants_csv
+from ..descriptions import Description, descriptions
+from ..error_responses import error_responses
+from ..problem_details import MalformedBody
+from ..schemas import (
     AxisUnit,
     AxisUnits,
     ConditionList,
@@ -29,12 +35,7 @@ from service.schemas import (
     require_size,
     select_conditions,
 )
-from service.settings import Settings
-from slipstick.errors import InvalidValue
-from slipstick.storage.library import Library
-from slipstick.table import Outside, Table
-from slipstick.table.points import count_outside
-from slipstick.table.subject import columns
+from ..settings import Settings
 
 _Body = TypeVar("_Body", bound=BaseModel)
 _Points = np.ndarray | list[Any]

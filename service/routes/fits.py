@@ -8,16 +8,23 @@ import orjson
 from dbos import WorkflowStatus
 from fastapi import APIRouter, Body, Depends, Query, Request, Response
 
-from service.bodies import JsonRoute
-from service.computations import computes
-from service.csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
-from service.error_responses import error_responses
-from service.fit_cost import fit_cost, queue_of, require_cost
-from service.fit_schemas import Fit, FitList, FitProgress, FitRequest, FitResult, FitWithProgress
-from service.following import FollowingDependency, Wait
-from service.job_filter import JobFilter
-from service.job_store import JobInput, JobStore, Queue
-from service.jobs import (
+from slipstick.black_box import BlackBoxDescription
+from slipstick.errors import InvalidValue
+from slipstick.inference.problems import machine_problem, require_reach, simulated_problem, table_problem
+from slipstick.storage.library import Library
+from slipstick.uncertainty.fit import initial_state
+from slipstick.uncertainty.fit.search_space import search_space
+
+from ..bodies import JsonRoute
+from ..computations import computes
+from ..csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
+from ..error_responses import error_responses
+from ..fit_cost import fit_cost, queue_of, require_cost
+from ..fit_schemas import Fit, FitList, FitProgress, FitRequest, FitResult, FitWithProgress
+from ..following import FollowingDependency, Wait
+from ..job_filter import JobFilter
+from ..job_store import JobInput, JobStore, Queue
+from ..jobs import (
     awaited,
     bench_input,
     delete,
@@ -31,15 +38,9 @@ from service.jobs import (
     submit,
     version_of,
 )
-from service.paging import Limit, Offset, page_links
-from service.revalidation import NOT_MODIFIED, RevalidationDependency
-from service.schemas import LibraryDependency, SettingsDependency
-from slipstick.errors import InvalidValue
-from slipstick.inference import machine_problem, require_reach, simulated_problem, table_problem
-from slipstick.machine import Machine
-from slipstick.storage.library import Library
-from slipstick.uncertainty.fit import initial_state
-from slipstick.uncertainty.fit.search_space import search_space
+from ..paging import Limit, Offset, page_links
+from ..revalidation import NOT_MODIFIED, RevalidationDependency
+from ..schemas import LibraryDependency, SettingsDependency
 
 router = APIRouter(prefix="/v1/fits", tags=["fits"], route_class=JsonRoute)
 
@@ -133,13 +134,13 @@ def _job(library: Library, body: FitRequest, most_values: int) -> tuple[JobInput
     table, recordings = library.table(body.table), library.measured(body.recordings)
     parameters = body.parameters or [axis.name for axis in table.axes]
     bench = None
-    if body.bench or (body.simulate and not isinstance(table.model, Machine)):
+    if body.bench or (body.simulate and not isinstance(table.model, BlackBoxDescription)):
         bench = body.bench or library.bench_of_model(table.clutch.physics)
         library.bench(bench).require(table.clutch.physics)
     if not body.simulate:
         problem = table_problem(table, recordings, body.outside, parameters)
         require_reach(problem, table.output)
-    elif isinstance(table.model, Machine):
+    elif isinstance(table.model, BlackBoxDescription):
         problem = machine_problem(table.model, _only_in_workers, recordings, parameters)
     else:
         assert bench is not None

@@ -6,22 +6,23 @@ from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse
 from starlette.responses import Response
 
-from service.bodies import JsonRoute
-from service.following import EventStream, FollowingDependency, LastEventId, State
-from service.front.details import bench_page, recordings_page, table_page
-from service.front.first_steps import first_steps
-from service.front.holdings import about_bench, about_recordings, about_table, holdings
-from service.front.jobs import Jobs
-from service.front.page import document
-from service.heartbeats import Heartbeats
-from service.job_store import JobStore
-from service.routes.benches import BenchNamePath
-from service.routes.fits import FitStore
-from service.routes.recordings import RecordingsNamePath
-from service.routes.studies import StudyStore
-from service.routes.tables import TableNamePath
-from service.schemas import LibraryDependency
 from slipstick.storage.library import Library
+
+from ..bodies import JsonRoute
+from ..following import EventStream, FollowingDependency, LastEventId, State
+from ..front.details import bench_page, recordings_page, table_page
+from ..front.first_steps import first_steps
+from ..front.holdings import about_bench, about_recordings, about_table, holdings
+from ..front.jobs import Jobs
+from ..front.page import document
+from ..heartbeats import Heartbeats
+from ..job_store import JobStore
+from ..routes.benches import BenchNamePath
+from ..routes.fits import FitStore
+from ..routes.recordings import RecordingsNamePath
+from ..routes.studies import StudyStore
+from ..routes.tables import TableNamePath
+from ..schemas import LibraryDependency
 
 router = APIRouter(route_class=JsonRoute, include_in_schema=False)
 

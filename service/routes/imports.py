@@ -8,12 +8,13 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from service.bodies import JsonRoute, require_media_type
-from service.computations import reads_upload
-from service.error_responses import error_responses
-from service.routes.recordings import RecordingsDescription, store
-from service.schemas import LibraryDependency
 from slipstick.acquisition.archive import MAPPING, import_archive
+
+from ..bodies import JsonRoute, require_media_type
+from ..computations import reads_upload
+from ..error_responses import error_responses
+from ..routes.recordings import RecordingsDescription, store
+from ..schemas import LibraryDependency
 
 router = APIRouter(prefix="/v1/recordings", tags=["recordings"], route_class=JsonRoute)
 

@@ -3,15 +3,16 @@
 from fastapi import APIRouter, Request
 from pydantic import BaseModel, Field
 
-from service.bodies import JsonRoute
-from service.error_responses import error_responses
-from service.heartbeats import Heartbeats
-from service.job_store import JobStore
-from service.problem_details import StoreUnavailable
-from service.recent import Recent
-from service.schemas import SIMULATED, SettingsDependency
 from slipstick import __version__
 from slipstick.storage.library import Library
+
+from ..bodies import JsonRoute
+from ..error_responses import error_responses
+from ..heartbeats import Heartbeats
+from ..job_store import JobStore
+from ..problem_details import StoreUnavailable
+from ..recent import Recent
+from ..schemas import SIMULATED, SettingsDependency
 
 router = APIRouter(prefix="/v1", tags=["start"], route_class=JsonRoute)
 

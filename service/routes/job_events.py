@@ -6,12 +6,12 @@ from typing import Any
 from fastapi import APIRouter, Response
 from starlette.concurrency import run_in_threadpool
 
-from service.bodies import JsonRoute
-from service.error_responses import error_responses
-from service.following import EventStream, Following, FollowingDependency, LastEventId, State
-from service.job_filter import ENDED
-from service.jobs import Job
-from service.routes import fits, studies
+from ..bodies import JsonRoute
+from ..error_responses import error_responses
+from ..following import EventStream, Following, FollowingDependency, LastEventId, State
+from ..job_filter import ENDED
+from ..jobs import Job
+from ..routes import fits, studies
 
 router = APIRouter(prefix="/v1", route_class=JsonRoute)
 

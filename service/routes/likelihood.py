@@ -8,34 +8,8 @@ import numpy as np
 from fastapi import APIRouter, Body, Request, Response
 from pydantic import BaseModel, Field, field_validator
 
-from service.bodies import JsonRoute
-from service.computations import ClientDependency, computes
-from service.csv_form import CSV_RESPONSE, TableFormQuery, condition_columns, csv_response, wants_csv
-from service.descriptions import Description, descriptions
-from service.error_responses import error_responses
-from service.routes.propagate import TERMS_PER_VALUE, ExpansionBody, Seed
-from service.schemas import (
-    SIMULATED,
-    AxisUnit,
-    AxisUnits,
-    InputsBody,
-    LibraryDependency,
-    MassOutside,
-    OutsidePolicy,
-    RecordingsDigest,
-    RecordingsName,
-    SettingsDependency,
-    StrictModel,
-    TableBench,
-    TableDigest,
-    TableName,
-    json_response,
-    open_table,
-    require_size,
-)
-from service.settings import Settings
-from slipstick.inference import table_problem
-from slipstick.machine import Measurements
+from slipstick.black_box import Measurements
+from slipstick.inference.problems import table_problem
 from slipstick.recordings import Recordings
 from slipstick.table import Table
 from slipstick.table.subject import columns
@@ -55,6 +29,33 @@ from slipstick.uncertainty.likelihood import (
 )
 from slipstick.uncertainty.likelihood.likelihood import KNOTTED, MOST_LINES
 from slipstick.uncertainty.likelihood.line_rules import ACROSS
+
+from ..bodies import JsonRoute
+from ..computations import ClientDependency, computes
+from ..csv_form import CSV_RESPONSE, TableFormQuery, condition_columns, csv_response, wants_csv
+from ..descriptions import Description, descriptions
+from ..error_responses import error_responses
+from ..routes.propagate import TERMS_PER_VALUE, ExpansionBody, Seed
+from ..schemas import (
+    SIMULATED,
+    AxisUnit,
+    AxisUnits,
+    InputsBody,
+    LibraryDependency,
+    MassOutside,
+    OutsidePolicy,
+    RecordingsDigest,
+    RecordingsName,
+    SettingsDependency,
+    StrictModel,
+    TableBench,
+    TableDigest,
+    TableName,
+    json_response,
+    open_table,
+    require_size,
+)
+from ..settings import Settings
 
 router = APIRouter(prefix="/v1/likelihood", tags=["likelihood"], route_class=JsonRoute)
 

@@ -10,14 +10,15 @@ from prometheus_client import CONTENT_TYPE_PLAIN_0_0_4
 from pydantic import BaseModel, Field
 from sqlalchemy.exc import SQLAlchemyError
 
-from service.bodies import JsonRoute
-from service.computations import at_once
-from service.error_responses import error_responses
-from service.problem_details import StoreUnavailable
-from service.routes.fits import FitStore
-from service.schemas import LibraryDependency
 from slipstick import __version__
 from slipstick.errors import SlipstickError
+
+from ..bodies import JsonRoute
+from ..computations import at_once
+from ..error_responses import error_responses
+from ..problem_details import StoreUnavailable
+from ..routes.fits import FitStore
+from ..schemas import LibraryDependency
 
 router = APIRouter(tags=["operation"], route_class=JsonRoute)
 

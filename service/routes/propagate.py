@@ -6,13 +6,32 @@ import numpy as np
 from fastapi import APIRouter, Body, Request, Response
 from pydantic import BaseModel, Field
 
-from service import propagation_drawing as drawing
-from service.bodies import JsonRoute
-from service.computations import ClientDependency, computes
-from service.descriptions import Description, descriptions
-from service.drawings import DrawingsDependency
-from service.error_responses import error_responses
-from service.schemas import (
+from slipstick.black_box import BlackBoxDescription
+from slipstick.inference.problems import table_model
+from slipstick.table import Table
+from slipstick.uncertainty import Inputs, mass_outside, standard_normals
+from slipstick.uncertainty.chaos import (
+    HIGHEST_ORDER,
+    ORDER,
+    Adapted,
+    ExpansionSettings,
+    Output,
+    Rule,
+    adapt,
+    expand,
+    first_order,
+    make_basis,
+    total,
+)
+from slipstick.uncertainty.likelihood import SAMPLES, ShiftingTimeModel
+
+from .. import propagation_drawing as drawing
+from ..bodies import JsonRoute
+from ..computations import ClientDependency, computes
+from ..descriptions import Description, descriptions
+from ..drawings import DrawingsDependency
+from ..error_responses import error_responses
+from ..schemas import (
     AxisUnit,
     AxisUnits,
     ConditionList,
@@ -30,25 +49,7 @@ from service.schemas import (
     require_size,
     select_conditions,
 )
-from service.settings import Settings
-from slipstick.inference import table_model
-from slipstick.machine import Machine
-from slipstick.table import Table
-from slipstick.uncertainty import Inputs, mass_outside, standard_normals
-from slipstick.uncertainty.chaos import (
-    HIGHEST_ORDER,
-    ORDER,
-    Adapted,
-    ExpansionSettings,
-    Output,
-    Rule,
-    adapt,
-    expand,
-    first_order,
-    make_basis,
-    total,
-)
-from slipstick.uncertainty.likelihood import SAMPLES, ShiftingTimeModel
+from ..settings import Settings
 
 router = APIRouter(prefix="/v1/propagate", tags=["propagate"], route_class=JsonRoute)
 
@@ -183,7 +184,8 @@ def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], libr
     inputs = body.inputs.inputs(table)
     selected, conditions = select_conditions(table, body.conditions)
     if body.output_std is None:
-        body = body.model_copy(update={"output_std": 0.0 if isinstance(table.model, Machine) else _OUTPUT_STD})
+        output_std = 0.0 if isinstance(table.model, BlackBoxDescription) else _OUTPUT_STD
+        body = body.model_copy(update={"output_std": output_std})
     if form not in ("json", "csv"):
         body = drawing.drawable(body, len(conditions))
     adapted = _expand(body, inputs, client.watched(table_model(selected, body.outside)), selected, settings)

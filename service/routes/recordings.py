@@ -5,14 +5,20 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from service.bodies import JsonRoute, require_media_type
-from service.computations import reads_upload
-from service.csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
-from service.error_responses import error_responses
-from service.paging import Limit, Offset, Page, page_links
-from service.problem_details import Conflict
-from service.revalidation import NOT_MODIFIED, RevalidationDependency
-from service.routes.tables import (
+from slipstick.black_box import Measurements
+from slipstick.errors import InvalidValue, SlipstickError
+from slipstick.recordings import Form, Recordings
+from slipstick.recordings.signals import SIGNAL_UNITS
+from slipstick.storage.library import Library
+
+from ..bodies import JsonRoute, require_media_type
+from ..computations import reads_upload
+from ..csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
+from ..error_responses import error_responses
+from ..paging import Limit, Offset, Page, page_links
+from ..problem_details import Conflict
+from ..revalidation import NOT_MODIFIED, RevalidationDependency
+from ..routes.tables import (
     Conditions,
     ConditionUnits,
     CurrentProfile,
@@ -20,12 +26,7 @@ from service.routes.tables import (
     list_conditions,
     list_profiles,
 )
-from service.schemas import SIMULATED, Digest, LibraryDependency
-from slipstick.errors import InvalidValue, SlipstickError
-from slipstick.machine import Measurements
-from slipstick.recordings import Form, Recordings
-from slipstick.recordings.signals import SIGNAL_UNITS
-from slipstick.storage.library import Library
+from ..schemas import SIMULATED, Digest, LibraryDependency
 
 router = APIRouter(prefix="/v1/recordings", tags=["recordings"], route_class=JsonRoute)
 

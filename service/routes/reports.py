@@ -7,13 +7,17 @@ from dbos import WorkflowStatus
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import HTMLResponse
 
-from service.bodies import JsonRoute
-from service.computations import computes
-from service.drawings import DrawingsDependency
-from service.error_responses import error_responses
-from service.job_store import JobStore
-from service.jobs import finished_job, input_of, output_of, require_complete, version_of
-from service.pictures import (
+from slipstick.errors import InvalidValue, SlipstickError
+from slipstick.pictures import CAPTIONS
+from slipstick.storage.library import Library
+
+from ..bodies import JsonRoute
+from ..computations import computes
+from ..drawings import DrawingsDependency
+from ..error_responses import error_responses
+from ..job_store import JobStore
+from ..jobs import finished_job, input_of, output_of, require_complete, version_of
+from ..pictures import (
     HTML_RESPONSE,
     PICTURE_RESPONSE,
     FormatQuery,
@@ -23,12 +27,9 @@ from service.pictures import (
     picture_name_path,
     picture_response,
 )
-from service.revalidation import NOT_MODIFIED, RevalidationDependency
-from service.routes.fits import FitId, FitStore, without_progress
-from service.schemas import LibraryDependency
-from slipstick.errors import InvalidValue, SlipstickError
-from slipstick.pictures import CAPTIONS
-from slipstick.storage.library import Library
+from ..revalidation import NOT_MODIFIED, RevalidationDependency
+from ..routes.fits import FitId, FitStore, without_progress
+from ..schemas import LibraryDependency
 
 router = APIRouter(prefix="/v1/fits/{id}", tags=["reports"], route_class=JsonRoute)
 

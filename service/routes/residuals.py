@@ -3,14 +3,15 @@
 from fastapi import APIRouter, Request, Response
 from pydantic import BaseModel, Field
 
-from service.bodies import JsonRoute
-from service.csv_form import CSV_RESPONSE, TableFormQuery, condition_columns, csv_response, wants_csv
-from service.descriptions import Description
-from service.error_responses import error_responses
-from service.jobs import finished_job, output_of, version_of
-from service.revalidation import NOT_MODIFIED, RevalidationDependency
-from service.routes.fits import FitId, FitStore
 from slipstick.pictures.conditions import described
+
+from ..bodies import JsonRoute
+from ..csv_form import CSV_RESPONSE, TableFormQuery, condition_columns, csv_response, wants_csv
+from ..descriptions import Description
+from ..error_responses import error_responses
+from ..jobs import finished_job, output_of, version_of
+from ..revalidation import NOT_MODIFIED, RevalidationDependency
+from ..routes.fits import FitId, FitStore
 
 router = APIRouter(prefix="/v1/fits/{id}/residuals", tags=["fits"], route_class=JsonRoute)
 

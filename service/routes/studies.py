@@ -7,14 +7,18 @@ import orjson
 from dbos import WorkflowStatus
 from fastapi import APIRouter, Body, Depends, Query, Request, Response
 
-from service.bodies import JsonRoute
-from service.computations import computes
-from service.csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
-from service.error_responses import error_responses
-from service.following import FollowingDependency, Wait
-from service.job_filter import JobFilter
-from service.job_store import JobInput, JobStore
-from service.jobs import (
+from slipstick.naming.study import scene_of
+from slipstick.storage.library import Library
+from slipstick.studies.progress import StudyProgress
+
+from ..bodies import JsonRoute
+from ..computations import computes
+from ..csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
+from ..error_responses import error_responses
+from ..following import FollowingDependency, Wait
+from ..job_filter import JobFilter
+from ..job_store import JobInput, JobStore
+from ..jobs import (
     awaited,
     bench_input,
     delete,
@@ -29,13 +33,10 @@ from service.jobs import (
     submit,
     version_of,
 )
-from service.paging import Limit, Offset, page_links
-from service.revalidation import NOT_MODIFIED, RevalidationDependency
-from service.schemas import LibraryDependency
-from service.study_schemas import FinishedStudy, ModelSpec, Study, StudyList, StudyRequest, StudyWithProgress
-from slipstick.naming.study import scene_of
-from slipstick.storage.library import Library
-from slipstick.study.progress import StudyProgress
+from ..paging import Limit, Offset, page_links
+from ..revalidation import NOT_MODIFIED, RevalidationDependency
+from ..schemas import LibraryDependency
+from ..study_schemas import FinishedStudy, ModelSpec, Study, StudyList, StudyRequest, StudyWithProgress
 
 router = APIRouter(prefix="/v1/studies", tags=["studies"], route_class=JsonRoute)
 

@@ -5,12 +5,13 @@ from typing import Annotated, Any
 from dbos import WorkflowStatus
 from fastapi import Depends, Query
 
-from service.jobs import finished_job, input_of, output_of, require_complete
-from service.routes.fits import FitStore
-from service.routes.studies import StudyId, StudyStore
-from service.schemas import LibraryDependency
 from slipstick.errors import InvalidValue
 from slipstick.storage.library import Library
+
+from ..jobs import finished_job, input_of, output_of, require_complete
+from ..routes.fits import FitStore
+from ..routes.studies import StudyId, StudyStore
+from ..schemas import LibraryDependency
 
 _EQUAL_INPUTS = ("simulate", "parameters", "outside", "settings")
 """Entries of the job input in which the two fits must agree."""

@@ -4,16 +4,17 @@ from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Path, Query, Response
 
-from service.bodies import JsonRoute
-from service.error_responses import error_responses
-from service.job_store import JobStore
-from service.jobs import finished_job, output_of
-from service.routes.studies import StudyId, StudyStore
-from service.study_schemas import FindingLaw, LawList
 from slipstick.errors import InvalidValue, UnknownName
-from slipstick.study.export import file_stem, has_table, law_csv, law_mat
-from slipstick.study.record import result_from_dict
-from slipstick.study.result import FindingResult
+from slipstick.studies.export import file_stem, has_table, law_csv, law_mat
+from slipstick.studies.record import result_from_dict
+from slipstick.studies.result import FindingResult
+
+from ..bodies import JsonRoute
+from ..error_responses import error_responses
+from ..job_store import JobStore
+from ..jobs import finished_job, output_of
+from ..routes.studies import StudyId, StudyStore
+from ..study_schemas import FindingLaw, LawList
 
 router = APIRouter(prefix="/v1/studies/{id}/laws", tags=["studies"], route_class=JsonRoute)
 

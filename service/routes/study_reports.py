@@ -5,13 +5,15 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import HTMLResponse
 
-from service.bodies import JsonRoute
-from service.computations import computes
-from service.drawings import DrawingsDependency
-from service.error_responses import error_responses
-from service.job_store import JobStore
-from service.jobs import finished_job, output_of, version_of
-from service.pictures import (
+from slipstick.pictures.study import CAPTIONS
+
+from ..bodies import JsonRoute
+from ..computations import computes
+from ..drawings import DrawingsDependency
+from ..error_responses import error_responses
+from ..job_store import JobStore
+from ..jobs import finished_job, output_of, version_of
+from ..pictures import (
     HTML_RESPONSE,
     PICTURE_RESPONSE,
     FormatQuery,
@@ -21,10 +23,9 @@ from service.pictures import (
     picture_name_path,
     picture_response,
 )
-from service.revalidation import NOT_MODIFIED, RevalidationDependency
-from service.routes.studies import StudyId, StudyStore, without_progress
-from service.routes.study_fits import StudyFits
-from slipstick.pictures.study import CAPTIONS
+from ..revalidation import NOT_MODIFIED, RevalidationDependency
+from ..routes.studies import StudyId, StudyStore, without_progress
+from ..routes.study_fits import StudyFits
 
 router = APIRouter(prefix="/v1/studies/{id}", tags=["studies"], route_class=JsonRoute)
 

@@ -4,12 +4,12 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 
-from service.bodies import JsonRoute, require_media_type
-from service.computations import reads_upload
-from service.error_responses import error_responses
-from service.problem_details import Conflict
-from service.routes.tables import TableDescription, describe
-from service.schemas import LibraryDependency
+from ..bodies import JsonRoute, require_media_type
+from ..computations import reads_upload
+from ..error_responses import error_responses
+from ..problem_details import Conflict
+from ..routes.tables import TableDescription, describe
+from ..schemas import LibraryDependency
 
 router = APIRouter(prefix="/v1/tables", tags=["tables"], route_class=JsonRoute)
 

@@ -6,18 +6,19 @@ import numpy as np
 from fastapi import APIRouter, Path, Request, Response
 from pydantic import BaseModel, Field
 
-from service.bodies import JsonRoute
-from service.csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
-from service.error_responses import error_responses
-from service.paging import Limit, Offset, Page, page_links
-from service.revalidation import NOT_MODIFIED, RevalidationDependency
-from service.schemas import Digest, LibraryDependency
 from slipstick.bench.conditions import CONDITION_UNITS
+from slipstick.black_box import Cases
 from slipstick.errors import SlipstickError
-from slipstick.machine import Cases
 from slipstick.storage.library import Library
 from slipstick.table import Grid, HeldOut, Surrogate, Table
 from slipstick.table.subject import Setting
+
+from ..bodies import JsonRoute
+from ..csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
+from ..error_responses import error_responses
+from ..paging import Limit, Offset, Page, page_links
+from ..revalidation import NOT_MODIFIED, RevalidationDependency
+from ..schemas import Digest, LibraryDependency
 
 router = APIRouter(prefix="/v1/tables", tags=["tables"], route_class=JsonRoute)
 

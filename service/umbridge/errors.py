@@ -13,7 +13,7 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.problem_details import MEDIA_TYPE, NotLocal
+from ..problem_details import MEDIA_TYPE, NotLocal
 
 PREFIX = "/umbridge"
 _TYPES = {"unknown-name": ("ModelNotFound", 400), "undefined-output": ("InvalidOutput", 500)}

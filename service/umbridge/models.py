@@ -12,15 +12,16 @@ from typing import Literal, Protocol, TypeVar
 import numpy as np
 from pydantic import Field, ValidationError
 
-from service.computations import Client
-from service.routes.likelihood import integration_points
-from service.schemas import ConditionList, OutsidePolicy, StrictModel, require_size, select_conditions
-from service.settings import Settings
 from slipstick.errors import InvalidValue, SlipstickError, UnknownName
-from slipstick.inference import table_problem
+from slipstick.inference.problems import table_problem
 from slipstick.storage.library import Library
 from slipstick.table import Outside, Table
 from slipstick.uncertainty.likelihood.natural import NaturalLikelihood
+
+from ..computations import Client
+from ..routes.likelihood import integration_points
+from ..schemas import ConditionList, OutsidePolicy, StrictModel, require_size, select_conditions
+from ..settings import Settings
 
 LOWEST = float(np.finfo(float).min)
 """The logarithm of a likelihood of 0: JSON has no infinity."""

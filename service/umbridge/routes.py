@@ -8,15 +8,16 @@ from fastapi import APIRouter, Depends, Request
 from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from service.bodies import JsonRoute
-from service.computations import Client, ClientDependency, computes
-from service.problem_details import MalformedBody, TooLarge
-from service.schemas import LibraryDependency, SettingsDependency
-from service.settings import Settings
-from service.umbridge.errors import PREFIX, error_responses, require_loopback
-from service.umbridge.models import BridgeModel, UndefinedOutput, contracted, names, open_model, require_known
 from slipstick.errors import InvalidValue
 from slipstick.storage.library import Library
+
+from ..bodies import JsonRoute
+from ..computations import Client, ClientDependency, computes
+from ..problem_details import MalformedBody, TooLarge
+from ..schemas import LibraryDependency, SettingsDependency
+from ..settings import Settings
+from ..umbridge.errors import PREFIX, error_responses, require_loopback
+from ..umbridge.models import BridgeModel, UndefinedOutput, contracted, names, open_model, require_known
 
 router = APIRouter(prefix=PREFIX, tags=["UM-Bridge"], route_class=JsonRoute, dependencies=[Depends(require_loopback)],
                    responses=error_responses())

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from slipstick.acquisition.units import spelled
 from slipstick.errors import BadRecording
-from slipstick.quantities import is_unit
+from slipstick.numerics.quantities import is_unit
 from slipstick.storage.cells import number, timestamp
 
 _LOOK = 1000

@@ -12,7 +12,7 @@ from slipstick.acquisition.markers import instants
 from slipstick.acquisition.units import spelled
 from slipstick.bench import Bench
 from slipstick.errors import BadRecording
-from slipstick.quantities import NotAQuantity, convert
+from slipstick.numerics.quantities import NotAQuantity, convert
 
 _WORDS = {
     "pressure": r"press|druck|(^|_)p(_|\d|$)|^p[A-Z]",

@@ -21,7 +21,7 @@ from slipstick.acquisition.units import spelled
 from slipstick.bench.conditions import CONDITION_UNITS, INPUT_UNITS
 from slipstick.bench.document import Document, Section
 from slipstick.errors import BadBench, BadRecording, UnknownName
-from slipstick.quantities import NotAQuantity, convert, in_unit
+from slipstick.numerics.quantities import NotAQuantity, convert, in_unit
 from slipstick.recordings.signals import SIGNAL_UNITS
 
 NUMBERS = {**CONDITION_UNITS, **INPUT_UNITS, "run_order": "1"}

@@ -13,7 +13,7 @@ from slipstick.acquisition.channel import LARGEST, Channel, Listed, unreadable
 from slipstick.acquisition.names import Names
 from slipstick.acquisition.units import spelled
 from slipstick.errors import BadRecording
-from slipstick.quantities import NotAQuantity, convert
+from slipstick.numerics.quantities import NotAQuantity, convert
 
 _UNFINISHED = b"UnFinMF "
 SIGNATURES = (b"MDF     ", _UNFINISHED)

@@ -5,7 +5,7 @@ import re
 import numpy as np
 
 from slipstick.errors import BadRecording
-from slipstick.quantities import NotAQuantity, convert, is_unit
+from slipstick.numerics.quantities import NotAQuantity, convert, is_unit
 
 _BRACKET = re.compile(r"(?P<name>.+?)\s*[\[(](?P<content>[^\[\]()]*)[\])]")
 _SPELLINGS = {"Nm": "N m", "N*m": "N m", "N·m": "N m", "N.m": "N m", "U/min": "rpm", "kg*m^2": "kg m^2",

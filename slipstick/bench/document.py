@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.errors import BadBench
-from slipstick.quantities import NotAQuantity, convert, in_unit
+from slipstick.numerics.quantities import NotAQuantity, convert, in_unit
 
 _HEADER = re.compile(r"^\s*\[{1,2}\s*([^\]]+?)\s*\]{1,2}")
 _KEY = re.compile(r"^\s*([A-Za-z0-9_.-]+)\s*=")

@@ -9,10 +9,10 @@ from collections.abc import Callable
 from pathlib import Path
 from types import CellType, FunctionType
 
-from slipstick import wide_vectors
 from slipstick.bench import converter
 from slipstick.clutch import driver, effects, loading
 from slipstick.clutch.fastmath import allocating
+from slipstick.numerics import wide_vectors
 
 _SOURCES = [*sorted(Path(__file__).parent.rglob("*.py")), Path(converter.__file__), Path(wide_vectors.__file__)]
 _CATALOGUE = " ".join(effect.name for effect in effects.CATALOGUE)

@@ -25,7 +25,7 @@ from slipstick.clutch.loading import segments
 from slipstick.clutch.model import Model
 from slipstick.clutch.sensor_laws import with_sensor_laws
 from slipstick.errors import InvalidValue
-from slipstick.threads import mapped
+from slipstick.numerics.threads import mapped
 
 __all__ = ["DEFAULT", "FAILED", "LOCKED", "NEVER_LOCKED", "STATUS", "TIGHT", "Accuracy", "Response", "Simulator",
            "initial_input_speed", "shifting_times", "signals", "simulate"]

@@ -12,7 +12,7 @@ from numba import njit
 from numba.extending import register_jitable
 
 from slipstick.clutch.linking import LINKED
-from slipstick.wide_vectors import WideCompiler
+from slipstick.numerics.wide_vectors import WideCompiler
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 

@@ -13,7 +13,7 @@ from typing import Any
 from llvmlite import binding
 from numba.core.codegen import JITCodeLibrary
 
-from slipstick.wide_vectors import WideCompiler, WideLibrary
+from slipstick.numerics.wide_vectors import WideCompiler, WideLibrary
 
 _ENVIRONMENT = "_ZN08NumbaEnv"
 """How names of variables begin that point to the environment of a function, into which numba writes that address."""

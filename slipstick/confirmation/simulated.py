@@ -17,7 +17,7 @@ from slipstick.confirmation.traces import Traces
 from slipstick.naming.block import Laws, Pair
 from slipstick.naming.law_map import LawMap
 from slipstick.naming.mechanics import CONDITIONS_WITHIN, KNOWN
-from slipstick.threads import mapped
+from slipstick.numerics.threads import mapped
 
 CONDITIONS = ("motor_speed", "load_inertia", "brake_torque")
 """Conditions that differ from what is stated."""

@@ -19,8 +19,8 @@ from slipstick.bench.converter import Converter
 from slipstick.clutch.ensemble import LOCKED, Response
 from slipstick.confirmation.rows_kernel import fill_rows
 from slipstick.naming.scene import Scene
+from slipstick.numerics.threads import mapped
 from slipstick.recordings.processing import blended_at_lock_up, block_means
-from slipstick.threads import mapped
 
 WIDTH = 4
 """Samples in a mean: 8 ms at 500 Hz, a fifth of the fastest time constant of the shipped benches."""

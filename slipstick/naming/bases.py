@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from slipstick.threads import mapped, parts_of
+from slipstick.numerics.threads import mapped, parts_of
 
 _OUTERMOST = 0.001
 """Share of the values beyond the outermost knots, so that a few odd samples do not place them."""

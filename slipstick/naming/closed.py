@@ -19,7 +19,7 @@ from slipstick.naming.selection import Finding, is_unexplained, priced
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.start import Start
 from slipstick.naming.torque_lag import gained_elsewhere
-from slipstick.threads import mapped
+from slipstick.numerics.threads import mapped
 
 
 def lacks_pressure(start: Start, settings: NamingSettings) -> bool:

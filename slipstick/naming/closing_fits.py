@@ -20,7 +20,7 @@ from slipstick.naming.selection import is_unexplained
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.torque_lag import OF_FRICTION
 from slipstick.naming.varying_lag import CONSTANT, with_constant_lag
-from slipstick.threads import mapped
+from slipstick.numerics.threads import mapped
 
 One = TypeVar("One")
 _QUANTITIES = (*CLOSING, "chamber pressure")

@@ -11,7 +11,7 @@ import numpy as np
 from slipstick.blocks.whitening import BlockNoise, whitened
 from slipstick.naming.block import Pair, SearchedBlock
 from slipstick.naming.grams import Gram, marginalise, solve
-from slipstick.threads import mapped
+from slipstick.numerics.threads import mapped
 
 _OWN_DAMPINGS = (0.003, 0.0, 0.03, 0.3, 3.0)
 """Dampings of the step of an engagement, relative to its second derivatives; the first takes 0.3 % off a step."""

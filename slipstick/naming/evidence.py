@@ -17,7 +17,7 @@ from slipstick.naming.linear_model import (
     part_of,
 )
 from slipstick.naming.selection import in_agreement
-from slipstick.threads import mapped
+from slipstick.numerics.threads import mapped
 
 FOLDS = 6
 """Folds of the engagements: with 54 of them each is fitted on 45."""

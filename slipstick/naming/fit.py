@@ -14,7 +14,7 @@ from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming.block import Block, Laws, Pair, first_shared
 from slipstick.naming.grams import Fitted, estimate, marginalise
 from slipstick.naming.linear_model import Columns, Joint, Part, columns_of, joined, part_of, predict
-from slipstick.threads import mapped
+from slipstick.numerics.threads import mapped
 
 _FIRST, _LEAST = 0.01**2, 1e-10  # variances of relative parameters: to begin with, and at least
 _STEPS = 20

@@ -19,7 +19,7 @@ from slipstick.naming.selection import (
     priced,
 )
 from slipstick.naming.settings import NamingSettings
-from slipstick.threads import mapped
+from slipstick.numerics.threads import mapped
 
 
 def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = lambda _: None, step: Step = "laws",

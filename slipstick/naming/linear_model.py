@@ -15,7 +15,7 @@ import numpy as np
 from slipstick.blocks.whitening import BlockNoise, whitened
 from slipstick.naming.block import Block, Laws, Pair
 from slipstick.naming.grams import Gram
-from slipstick.threads import mapped
+from slipstick.numerics.threads import mapped
 
 LAW_PRECISION = 1 / 3**2
 """Precision of the normal prior of a law's coefficients, whose units are chosen so that 1 is a large change."""

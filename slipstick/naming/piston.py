@@ -22,7 +22,7 @@ from slipstick.naming.piston_tangent import KINDS, respond
 from slipstick.naming.scene import Scene
 from slipstick.naming.touching import Contact
 from slipstick.naming.varying_lag import Trail
-from slipstick.threads import mapped
+from slipstick.numerics.threads import mapped
 
 OWN = ("friction_coefficient", "pressure_bias", "initial_position", "temperature_gain", "piston_return",
        "film_coefficient", "ramp_share")

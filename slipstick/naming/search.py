@@ -13,7 +13,7 @@ from slipstick.naming.block import Laws
 from slipstick.naming.curved_steps import HIGHEST, LOWEST
 from slipstick.naming.linear_model import predict
 from slipstick.naming.piston import ClutchBlock
-from slipstick.threads import mapped
+from slipstick.numerics.threads import mapped
 
 _FRICTION, _BIAS, _PLACE = 0, 1, 2
 """Places of friction coefficient, pressure bias and initial position among the parameters of the clutch."""

@@ -12,8 +12,8 @@ from slipstick.naming.lock import LockBlock
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.valve import ValveBlock
+from slipstick.numerics.threads import mapped
 from slipstick.recordings.signals import open_blocks
-from slipstick.threads import mapped
 
 _LEAST_SPREAD = 0.15
 """Least standard deviation of the logarithm of chi-square of good engagements: that of some 100 independent samples."""

@@ -91,6 +91,8 @@ def digest_of(settings: Any, *packages: str) -> str:
     """
     hashed = hashlib.sha256(json.dumps(asdict(settings), sort_keys=True).encode())
     for package in packages:
-        for path in sorted((Path(__file__).parents[1] / package).glob("*.py")):
+        sources = sorted((Path(__file__).parents[1] / package).glob("*.py"))
+        assert sources, package
+        for path in sources:
             hashed.update(path.read_bytes())
     return hashed.hexdigest()

@@ -19,7 +19,7 @@ from slipstick.naming.filters import first_order
 from slipstick.naming.mechanics import CONDITIONS_WITHIN, drifting_columns, lock_spike
 from slipstick.naming.scene import Scene
 from slipstick.naming.shaft_kernel import turn
-from slipstick.threads import mapped, parts_of
+from slipstick.numerics.threads import mapped, parts_of
 
 CONVERTER_WITHIN = 0.05
 """Relative standard deviation of the converter's torque at a knot: its curve comes from another bench."""

@@ -26,10 +26,10 @@ from slipstick.naming.selection import Finding, is_unexplained
 from slipstick.naming.set_aside import bare, foreign, implausible, outlying, own_noise
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.start import Start, begin, noise_left
+from slipstick.numerics.threads import in_one_blas_thread
 from slipstick.recordings import Recordings
 from slipstick.recordings.fitness import require_no_copies, require_one_clock, require_samples
 from slipstick.recordings.signals import open_blocks
-from slipstick.threads import in_one_blas_thread
 
 _SAME = 0.2
 """Difference of the logarithm of power up to which a noise is the same: estimates are as good as that."""

@@ -13,6 +13,8 @@ import numpy as np
 
 from slipstick.bench import Bench, Physics
 from slipstick.bench.reader import read
+from slipstick.black_box import BlackBoxDescription, Measurements
+from slipstick.black_box.measurements import MARK
 from slipstick.errors import (
     BadBench,
     BadRecording,
@@ -21,8 +23,6 @@ from slipstick.errors import (
     LimitExceeded,
     UnknownName,
 )
-from slipstick.machine import Machine, Measurements
-from slipstick.machine.measurements import MARK
 from slipstick.recordings import Form, Recordings
 from slipstick.storage.files import replacing
 from slipstick.storage.versions import (
@@ -194,7 +194,7 @@ class Library:
     def read_measurements(self, content: bytes, table: str) -> Measurements:
         """Check the bytes of a CSV of measurements; raises `BadRecording`, `UnknownName`, `InvalidValue`."""
         machine = self.table(table).model
-        if not isinstance(machine, Machine):
+        if not isinstance(machine, BlackBoxDescription):
             raise InvalidValue(f"The table '{table}' is one of a clutch", "Name the bench of the recordings instead")
         return Measurements.read_csv(content, machine)
 

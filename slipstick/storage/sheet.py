@@ -13,7 +13,7 @@ from difflib import get_close_matches
 import numpy as np
 
 from slipstick.errors import SlipstickError
-from slipstick.quantities import NotAQuantity, convert
+from slipstick.numerics.quantities import NotAQuantity, convert
 from slipstick.storage.cells import number
 
 _HEADING = re.compile(r"(?P<name>[^\[\]]*?)\s*(\[(?P<unit>[^\[\]]*)\])?")

@@ -11,9 +11,9 @@ from weakref import WeakValueDictionary
 import h5py
 
 from slipstick.bench import Bench
+from slipstick.black_box import Measurements, is_black_box
+from slipstick.black_box.measurements import MARK
 from slipstick.errors import SlipstickError
-from slipstick.machine import Measurements, is_machine_file
-from slipstick.machine.measurements import MARK
 from slipstick.recordings import Recordings
 from slipstick.table import Table
 
@@ -56,7 +56,7 @@ def describes_machine(path: Path) -> bool:
 
 @lru_cache(maxsize=1024)
 def _is_machine(version: Version) -> bool:
-    return is_machine_file(version[0])
+    return is_black_box(version[0])
 
 
 @lru_cache(maxsize=1024)

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from slipstick.errors import InvalidValue
-from slipstick.matrix_product import matrix_product
+from slipstick.numerics.matrix_product import matrix_product
 from slipstick.table.derivatives import Derivatives
 
 

@@ -7,12 +7,12 @@ import h5py
 
 from slipstick.bench import parameters
 from slipstick.bench.conditions import CONDITION_UNITS, Conditions
+from slipstick.black_box import BlackBoxDescription, Cases, Quantity
 from slipstick.clutch.model import Model
-from slipstick.machine import Cases, Machine, Quantity
 from slipstick.storage.condition_layout import read_conditions, write_conditions
 from slipstick.storage.hdf5 import Source
 
-Subject = Model | Machine
+Subject = Model | BlackBoxDescription
 """What was simulated."""
 Setting = Conditions | Cases
 """Under which conditions."""
@@ -20,12 +20,13 @@ Setting = Conditions | Cases
 
 def subject_of(spec: dict[str, Any]) -> Subject:
     """The model or machine of a spec; raises `InvalidValue`, `UnknownName`."""
-    return Machine.from_spec(spec) if isinstance(spec, dict) and "machine" in spec else Model.from_spec(spec)
+    is_black_box = isinstance(spec, dict) and "machine" in spec
+    return BlackBoxDescription.from_spec(spec) if is_black_box else Model.from_spec(spec)
 
 
 def input_of(subject: Subject, name: str) -> tuple[str, float]:
     """Unit and nominal value of an input, a parameter of a clutch; raises `UnknownName`."""
-    if isinstance(subject, Machine):
+    if isinstance(subject, BlackBoxDescription):
         found = subject.input(name)
         return found.unit, found.nominal
     row = parameters.index(name)
@@ -34,7 +35,7 @@ def input_of(subject: Subject, name: str) -> tuple[str, float]:
 
 def output_of(subject: Subject) -> Quantity:
     """Name and unit of the values of a table."""
-    return subject.output if isinstance(subject, Machine) else Quantity("shifting_time", "s")
+    return subject.output if isinstance(subject, BlackBoxDescription) else Quantity("shifting_time", "s")
 
 
 def write_setting(file: h5py.File, setting: Setting, subject: Subject) -> None:
@@ -47,7 +48,7 @@ def write_setting(file: h5py.File, setting: Setting, subject: Subject) -> None:
 
 def read_setting(source: Source, subject: Subject) -> Setting:
     """Read the conditions; raises `source.error`."""
-    if not isinstance(subject, Machine):
+    if not isinstance(subject, BlackBoxDescription):
         return read_conditions(source)
     cases = Cases.read(source)
     if cases.quantities != subject.columns:

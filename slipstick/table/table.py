@@ -13,9 +13,9 @@ from weakref import WeakKeyDictionary
 import h5py
 import numpy as np
 
+from slipstick.black_box import BlackBoxDescription, Quantity
 from slipstick.clutch.model import Model
 from slipstick.errors import CorruptTable, InvalidValue, WrongDigest, WrongLayout, quoted
-from slipstick.machine import Machine, Quantity
 from slipstick.storage.files import replacing
 from slipstick.storage.hdf5 import Source
 from slipstick.table import store
@@ -96,7 +96,7 @@ class Table(ABC):
     @property
     def clutch(self) -> Model:
         """The model of a clutch; raises `InvalidValue` for a table of another machine."""
-        if isinstance(self.model, Machine):
+        if isinstance(self.model, BlackBoxDescription):
             raise InvalidValue(f"The table is one of another machine: {self.model.title}",
                                "Give a table of a clutch, built with `worker build --bench`, or omit `bench`")
         return self.model

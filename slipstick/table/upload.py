@@ -11,9 +11,9 @@ import json
 import h5py
 import numpy as np
 
+from slipstick.black_box import BlackBoxDescription, Cases, Input, Quantity
+from slipstick.black_box.description import require_name
 from slipstick.errors import CorruptTable, InvalidValue, RefusedTable, UnknownName, WrongLayout, quoted
-from slipstick.machine import Cases, Input, Machine, Quantity
-from slipstick.machine.machine import require_name
 from slipstick.storage.hdf5 import Source, reading
 from slipstick.storage.isolated import isolated
 from slipstick.table import store
@@ -83,7 +83,7 @@ def _plain(source: Source) -> Grid:
     cases = Cases.read(source)
     output = Quantity(source.attribute("", "output"), source.attribute("times", "units"))
     inputs = (Input(axis.name, axis.unit, axis.nominal, axis.lower, axis.upper) for axis in axes)
-    machine = Machine(source.attribute("", "title"), tuple(inputs), cases.quantities, output, simulator="")
+    machine = BlackBoxDescription(source.attribute("", "title"), tuple(inputs), cases.quantities, output, simulator="")
     times = _times(source, axes, len(cases), output.unit)
     if np.isinf(times).any():
         raise CorruptTable("'times' has values that are infinite", "Write NaN where there is no output")

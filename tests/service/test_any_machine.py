@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from service.settings import Settings
-from slipstick.machine import Measurements, open_machine
+from slipstick.black_box import BlackBox, Measurements
 from slipstick.table import Table
 
 pytestmark = pytest.mark.slow
@@ -84,8 +84,8 @@ def test_the_tables_reproduce_the_simulator(folder: Path) -> None:
     sys.path.insert(0, str(DOCS))
     from motor import run_up_time
 
-    table, file = Table.open(folder / "tables" / "motor.h5"), open_machine(folder / "motor.toml")
-    assert table.model == file.machine
+    table, file = Table.open(folder / "tables" / "motor.h5"), BlackBox.open(folder / "motor.toml")
+    assert table.model == file.description
     assert (table.output.name, table.output.unit) == ("run_up_time", "s")
     for tolerance, name in ((1e-12, "motor"), (0.01, "motor-surrogate")):
         times = Table.open(folder / "tables" / f"{name}.h5").interpolate(np.array([[0.7, 1.3]]))[0]
@@ -123,6 +123,7 @@ def test_fits_find_the_inputs_of_the_measurements(answers: dict[str, Any], folde
 
 def test_measurements_are_stored_with_their_description(answers: dict[str, Any], folder: Path) -> None:
     stored = Measurements.read(folder / "tables" / "motor-measured.h5")
-    written = Measurements.read_csv((folder / "motor.csv").read_bytes(), open_machine(folder / "motor.toml").machine)
+    motor = BlackBox.open(folder / "motor.toml").description
+    written = Measurements.read_csv((folder / "motor.csv").read_bytes(), motor)
     assert stored.digest == written.digest == answers["recordings"]["digest"]
     assert "Simulated" in stored.description

@@ -24,8 +24,8 @@ from service.job_store import JobStore
 from service.settings import Settings
 from service.study_schemas import StudyWithProgress
 from slipstick.naming.asked import Asked
-from slipstick.study import StudySettings
-from slipstick.study.progress import StudyProgress, StudySteps
+from slipstick.studies import StudySettings
+from slipstick.studies.progress import StudyProgress, StudySteps
 from tests.benches import HEAVY
 
 

@@ -17,7 +17,7 @@ from test_problems import problem
 from service.fit_cost import fit_cost
 from service.fit_schemas import FitProgress, FitSettingsBody, FitSummary
 from service.settings import Settings
-from slipstick.inference import table_problem
+from slipstick.inference.problems import table_problem
 from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
 from slipstick.uncertainty import fit

@@ -12,7 +12,7 @@ import pytest
 from test_problems import INPUTS, problem
 
 from service import npy
-from slipstick.inference import table_problem
+from slipstick.inference.problems import table_problem
 from slipstick.storage.library import Library
 from slipstick.table import Table
 from slipstick.uncertainty import Inputs, standard_normals

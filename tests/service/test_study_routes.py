@@ -19,7 +19,7 @@ from scipy.io import loadmat
 from service.settings import Settings
 from service.study_schemas import ModelSpec
 from slipstick.clutch.model import Model
-from slipstick.study import StudyResult, StudySettings
+from slipstick.studies import StudyResult, StudySettings
 from tests.benches import HEAVY
 
 KEY = {"Idempotency-Key": "mine"}

@@ -17,7 +17,7 @@ import pytest
 from test_problems import problem
 
 from service.settings import Settings
-from slipstick.machine import Machine
+from slipstick.black_box import BlackBoxDescription
 from slipstick.storage.library import Library
 from slipstick.table import Table
 
@@ -138,7 +138,7 @@ def test_the_example_of_the_documentation_works(client: httpx.Client, folder: Pa
         answer = client.post("/v1/evaluate", json={"table": "motor", "points": points}).json()
         assert answer["shifting_time"] == [file["times"][0, 0].tolist(), file["times"][-1, -1].tolist()]
     stored = Library(folder).table("motor")
-    assert (stored.digest, stored.model) == (described["digest"], Machine.from_spec(described["model"]))
+    assert (stored.digest, stored.model) == (described["digest"], BlackBoxDescription.from_spec(described["model"]))
 
 
 @pytest.mark.slow

@@ -16,7 +16,7 @@ import umbridge
 from service.app import create_app
 from service.settings import Settings
 from service.umbridge.models import LOWEST
-from slipstick.inference import table_problem
+from slipstick.inference.problems import table_problem
 from slipstick.storage.library import Library
 from slipstick.table import Table
 from slipstick.uncertainty import Inputs

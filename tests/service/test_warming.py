@@ -14,8 +14,8 @@ from service.app import create_app
 from service.recent import Recent
 from service.settings import Settings
 from service.warming import rehearse, warm
+from slipstick.black_box import Measurements
 from slipstick.errors import BadTable
-from slipstick.machine import Measurements
 from slipstick.recordings import Recordings
 from slipstick.storage import versions
 from slipstick.storage.library import Library

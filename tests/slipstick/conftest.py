@@ -13,8 +13,8 @@ from slipstick.clutch.ensemble import shifting_times, signals
 from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS, Signals
-from slipstick.study import StudyResult, StudySettings, conclude, examine
-from slipstick.study.figures import Figures
+from slipstick.studies import StudyResult, StudySettings, conclude, examine
+from slipstick.studies.figures import Figures
 from slipstick.table import Axis, Grid
 from tests.benches import HEAVY, NOMINAL
 from tests.distribution import Once

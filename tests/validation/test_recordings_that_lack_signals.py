@@ -11,8 +11,8 @@ from slipstick.naming import answer, name
 from slipstick.naming.study import Naming
 from slipstick.recordings import Recordings
 from slipstick.report.study.page import study_page
-from slipstick.study import StudyResult, StudySettings, conclude, examine
-from slipstick.study.figures import Figures
+from slipstick.studies import StudyResult, StudySettings, conclude, examine
+from slipstick.studies.figures import Figures
 from tests.benches import HEAVY
 from tests.hidden_laws import CONVERTER_LAGS, LOAD_DRAGS, SUPPLY_DROOPS, law, record
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from slipstick.clutch.model import Model
-from slipstick.study import StudyResult, StudySettings, conclude, examine
+from slipstick.studies import StudyResult, StudySettings, conclude, examine
 from tests.benches import HEAVY
 from tests.hidden_laws import FRICTION_FALLS, Hidden, law, record
 

@@ -97,7 +97,7 @@ import numpy as np
 from numba.core.dispatcher import Dispatcher
 from slipstick.bench import Bench
 from slipstick.recordings import Recordings
-from slipstick.study import StudySettings, conclude, examine
+from slipstick.studies import StudySettings, conclude, examine
 bench, settings = Bench.open("tables/heavy.toml"), StudySettings()
 recordings = Recordings.open("tables/measured.h5").take(np.arange(0, 216, 9))
 conclude(settings, bench, recordings, examine(settings, bench, recordings))

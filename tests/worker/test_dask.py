@@ -17,10 +17,10 @@ import pytest
 from test_serve_jobs import SETTINGS, Bench, ended, in_stage
 
 from evidence.runner import answer_cases
+from slipstick.black_box import BlackBox
+from slipstick.black_box.simulation import FAILED
 from slipstick.clutch.ensemble import DEFAULT, Simulator
 from slipstick.errors import InvalidValue
-from slipstick.machine import open_machine
-from slipstick.machine.simulation import FAILED
 from slipstick.table import Grid, Table
 from tests.benches import HEAVY, NOMINAL
 from worker import building, cluster
@@ -211,11 +211,11 @@ def test_commands_write_the_same_tables(dask: Dask, tmp_path: Path) -> None:
         assert main([*command, "--out", str(there), "--dask", dask.address]) == 0
         assert Table.open(here).digest == Table.open(there).digest
     assert Table.open(there).status[0, 0] == FAILED  # the call that takes too long was ended on the cluster as well
-    file = open_machine(tmp_path / "machine.toml")
+    file = BlackBox.open(tmp_path / "machine.toml")
     points = np.array([[0.7], [1.2]])
-    on_cluster = Simulators({file.machine.digest: file}, dask.address).of_machine(file.machine, ["a"])
-    np.testing.assert_array_equal(on_cluster(points, file.cases), Simulators({file.machine.digest: file}).of_machine(
-        file.machine, ["a"])(points, file.cases))
+    on_cluster = Simulators({file.description.digest: file}, dask.address).of_machine(file.description, ["a"])
+    here = Simulators({file.description.digest: file}).of_machine(file.description, ["a"])
+    np.testing.assert_array_equal(on_cluster(points, file.cases), here(points, file.cases))
     (tmp_path / "slow_function.py").write_text(FUNCTION.replace("a * b", "a + b"))
     with pytest.raises(InvalidValue, match="source of the Python callable differs"):
         on_cluster(points, file.cases)

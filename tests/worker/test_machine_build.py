@@ -17,11 +17,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from slipstick.black_box import BlackBox, Workers
+from slipstick.black_box.bridge import Bridge
+from slipstick.black_box.cases import Cases, Quantity
+from slipstick.black_box.function import NoResult
 from slipstick.errors import InvalidValue
-from slipstick.machine import Workers, open_machine
-from slipstick.machine.bridge import Bridge
-from slipstick.machine.cases import Cases, Quantity
-from slipstick.machine.function import NoResult
 from slipstick.table import Table
 from worker import building, machine_plan, simulators
 from worker.__main__ import main
@@ -274,14 +274,14 @@ def test_a_number_that_is_none_is_no_output_of_a_server(answering: HTTPServer, n
 
 def test_a_server_that_stays_busy_stops_the_build_with_its_text(answering: HTTPServer,
                                                                 monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("slipstick.machine.bridge._PAUSES", (0.01,))
+    monkeypatch.setattr("slipstick.black_box.bridge._PAUSES", (0.01,))
     answering.answer = 503, "all licences taken"  # type: ignore[attr-defined]
     with pytest.raises(InvalidValue, match="cannot be reached: status 503: all licences taken"):
         evaluate(answering)
 
 
 def test_a_server_that_speaks_no_http_stops_the_build(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("slipstick.machine.bridge._PAUSES", ())
+    monkeypatch.setattr("slipstick.black_box.bridge._PAUSES", ())
     with socket.create_server(("127.0.0.1", 0)) as listener:
         def hang_up() -> None:
             connection, _ = listener.accept()
@@ -298,19 +298,19 @@ def test_a_server_that_speaks_no_http_stops_the_build(monkeypatch: pytest.Monkey
 
 
 def test_a_worker_runs_no_simulator_that_it_was_not_given(trouble: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    file = open_machine(trouble / "machine.toml")
+    file = BlackBox.open(trouble / "machine.toml")
     workers = Workers(file, 1)
-    monkeypatch.setitem(simulators._workers, file.machine.digest, workers)
+    monkeypatch.setitem(simulators._workers, file.description.digest, workers)
     with workers.executor:
-        model = Simulators({file.machine.digest: file}).of_machine(file.machine, ["a"])
+        model = Simulators({file.description.digest: file}).of_machine(file.description, ["a"])
         np.testing.assert_allclose(model(np.array([[0.7], [1.2]]), file.cases)[:, :2], [[0.7, 1.4], [1.2, 2.4]])
     with pytest.raises(InvalidValue, match="serve-jobs --machine"):
-        Simulators().of_machine(file.machine, ["a"])
+        Simulators().of_machine(file.description, ["a"])
 
 
 def simulating(library: object, report: Report, folder: Path) -> None:
     """A step that reports the output of a simulator and its processes, and then does not end."""
-    workers = Workers(open_machine(folder / "machine.toml"), 1)
+    workers = Workers(BlackBox.open(folder / "machine.toml"), 1)
     outputs, _ = workers.simulate(("a",), np.array([[0.7]]), workers.file.cases)
     assert isinstance(workers.executor, ProcessPoolExecutor)
     report({"output": float(outputs[0, 0]), "pids": [*workers.executor._processes]})
@@ -333,7 +333,7 @@ def test_a_job_runs_a_simulator_which_ends_with_it(trouble: Path) -> None:
 
 def test_a_server_that_is_away_stops_the_build(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
                                                capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr("slipstick.machine.bridge._PAUSES", (0.01,))
+    monkeypatch.setattr("slipstick.black_box.bridge._PAUSES", (0.01,))
     motor(tmp_path, 'url = "http://127.0.0.1:9"', 'model = "motor"')
     assert build(tmp_path) == 1
     assert re.search("http://127.0.0.1:9 cannot be reached: .*refused.*it resumes", capsys.readouterr().err)
@@ -345,13 +345,13 @@ def test_processes_of_a_simulator_end_with_a_killed_parent(trouble: Path) -> Non
 import time
 from pathlib import Path
 import numpy as np
-from slipstick.machine import Workers, open_machine
-from slipstick.machine.bridge import Bridge
-from slipstick.machine.cases import Cases, Quantity
-from slipstick.machine.function import NoResult
+from slipstick.black_box import BlackBox, Workers
+from slipstick.black_box.bridge import Bridge
+from slipstick.black_box.cases import Cases, Quantity
+from slipstick.black_box.function import NoResult
 
 if __name__ == "__main__":
-    workers = Workers(open_machine(Path({str(trouble / "machine.toml")!r})), 1)
+    workers = Workers(BlackBox.open(Path({str(trouble / "machine.toml")!r})), 1)
     workers.simulate(("a",), np.array([[1.0]]), workers.file.cases)
     print(*workers.executor._processes, flush=True)
     time.sleep(60)

@@ -16,7 +16,7 @@ from typing import Any
 import httpx
 import pytest
 
-from slipstick.inference import table_problem
+from slipstick.inference.problems import table_problem
 from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
 from slipstick.uncertainty import fit

@@ -15,7 +15,7 @@ from slipstick.errors import InvalidValue
 from slipstick.naming import name
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS
-from slipstick.simulated_recordings import simulated_recordings
+from slipstick.recordings.simulated import simulated_recordings
 from slipstick.table import Table
 from tests.benches import COMPACT, HEAVY, NOMINAL, TABLES
 from tests.worker.test_your_bench import few_recordings

@@ -12,10 +12,10 @@ from scipy.io import loadmat
 from slipstick.clutch.effects import CATALOGUE
 from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
-from slipstick.study import StudyResult, StudySettings
-from slipstick.study.figures import Figures
-from slipstick.study.record import result_from_dict
-from slipstick.study.result import BlockResult, SimulationResult
+from slipstick.studies import StudyResult, StudySettings
+from slipstick.studies.figures import Figures
+from slipstick.studies.record import result_from_dict
+from slipstick.studies.result import BlockResult, SimulationResult
 from slipstick.table import Table
 from tests.benches import HEAVY, NOMINAL
 from worker import study

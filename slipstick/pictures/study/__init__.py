@@ -5,9 +5,9 @@ from typing import Any
 
 from slipstick.pictures.study import evidence, gap, law, signals, surfaces, times
 from slipstick.pictures.theme import Spec
-from slipstick.study.figures import Figures
-from slipstick.study.result import StudyResult
-from slipstick.study.settings import StudySettings
+from slipstick.studies.figures import Figures
+from slipstick.studies.result import StudyResult
+from slipstick.studies.settings import StudySettings
 
 __all__ = ["CAPTIONS", "Spec", "study_pictures"]
 

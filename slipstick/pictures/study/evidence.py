@@ -10,9 +10,9 @@ import scipy
 from slipstick.pictures import theme
 from slipstick.pictures.study.words import effect_title, within
 from slipstick.pictures.theme import Spec
-from slipstick.study.figures import Figures
-from slipstick.study.result import Candidate, StudyResult
-from slipstick.study.settings import StudySettings
+from slipstick.studies.figures import Figures
+from slipstick.studies.result import Candidate, StudyResult
+from slipstick.studies.settings import StudySettings
 
 CAPTION = ("Top, if anything was found: gain of every finding in likelihood, and its lead over each rival that the "
            "recordings do not rule out, in standard errors over engagements, with 90 % intervals. Ticks: what a "

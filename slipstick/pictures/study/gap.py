@@ -6,9 +6,9 @@ from slipstick.pictures import theme, units
 from slipstick.pictures.conditions import described
 from slipstick.pictures.study.words import effect_title, model_series, numbers, within
 from slipstick.pictures.theme import Spec, in_words
-from slipstick.study.figures import Figures
-from slipstick.study.result import Closure, Gap, StudyResult
-from slipstick.study.settings import StudySettings
+from slipstick.studies.figures import Figures
+from slipstick.studies.result import Closure, Gap, StudyResult
+from slipstick.studies.settings import StudySettings
 
 CAPTION = ("Top: measured minus predicted shifting time of every engagement. Each prediction comes from fits without "
            "the engagements of that motor speed or of that current profile. Shade: two standard deviations of what "

@@ -5,9 +5,9 @@ import textwrap
 from slipstick.pictures import theme, units
 from slipstick.pictures.study.words import argument, changed, subject
 from slipstick.pictures.theme import Spec
-from slipstick.study.figures import Figures
-from slipstick.study.result import FindingResult, Law, StudyResult
-from slipstick.study.settings import StudySettings
+from slipstick.studies.figures import Figures
+from slipstick.studies.result import FindingResult, Law, StudyResult
+from slipstick.studies.settings import StudySettings
 
 CAPTION = ("Dots: the change as the blocks of the model measure it in all engagements at once, without a formula. "
            "Shade: its interval at each point. Blue, if the simulation of the whole bench has the effect: the same "

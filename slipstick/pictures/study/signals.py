@@ -9,9 +9,9 @@ from slipstick.pictures.conditions import described
 from slipstick.pictures.study.words import model_series, numbers
 from slipstick.pictures.theme import Spec, in_words
 from slipstick.recordings.signals import SIGNAL_UNITS
-from slipstick.study.figures import Engagement, Figures
-from slipstick.study.result import StudyResult
-from slipstick.study.settings import StudySettings
+from slipstick.studies.figures import Engagement, Figures
+from slipstick.studies.result import StudyResult
+from slipstick.studies.settings import StudySettings
 
 CAPTION = ("The worst engagements, each with a different current profile. Top: the measured shaft speeds; the input "
            "speed is divided by the gear ratio, so that the clutch locks where both meet. Below: measured minus "

@@ -6,7 +6,7 @@ from typing import Any
 from slipstick.pictures import inputs, theme, units
 from slipstick.pictures.study.words import model_series
 from slipstick.pictures.theme import Spec, in_words
-from slipstick.study.result import StudyResult
+from slipstick.studies.result import StudyResult
 
 CAPTION = ("The same fit to the same shifting times, on the table of each model. Shades, common to both panels: the "
            "decades of likelihood below the better of the two fits when the two means are moved to a point and all "

@@ -5,9 +5,9 @@ import scipy
 from slipstick.pictures import theme
 from slipstick.pictures.theme import Spec, in_words
 from slipstick.pictures.units import fixed, raised
-from slipstick.study.figures import Figures
-from slipstick.study.result import StudyResult, TimesOver
-from slipstick.study.settings import StudySettings
+from slipstick.studies.figures import Figures
+from slipstick.studies.result import StudyResult, TimesOver
+from slipstick.studies.settings import StudySettings
 
 CAPTION = ("Measured minus predicted shifting time over each condition, with mean 0 over the engagements. The "
            "parameters of the simulation are fitted to the shifting times: what they explain is not in it. Bars: "

@@ -2,7 +2,7 @@
 
 from slipstick.clutch import effects
 from slipstick.pictures import theme
-from slipstick.study.result import FindingResult, StudyResult
+from slipstick.studies.result import FindingResult, StudyResult
 
 _X = {"slip": "slip of the plates", "time": "time since the shift command", "heat": "friction heat of the engagement",
       "gain": "reading", "direction": "piston rate without the law", "run order": "position in the run order"}

@@ -5,9 +5,9 @@ from collections.abc import Collection
 from slipstick.report.study import findings, simulation, untested
 from slipstick.report.study.limits import limits
 from slipstick.report.study.parts import Items, Picture, Section
-from slipstick.study.figures import Figures
-from slipstick.study.result import StudyResult
-from slipstick.study.settings import StudySettings
+from slipstick.studies.figures import Figures
+from slipstick.studies.result import StudyResult
+from slipstick.studies.settings import StudySettings
 
 
 def evidence(result: StudyResult, settings: StudySettings, pictures: Collection[str]) -> list[Section]:

@@ -8,9 +8,9 @@ from slipstick.pictures.units import number, signed
 from slipstick.report.study.parts import Entries, Items, Note, Part, Section, Table
 from slipstick.report.study.words import channel, coefficient_row, effect_of, many
 from slipstick.report.words import listed
-from slipstick.study.result import Candidate, FindingResult, FurtherExperiment, StudyResult
-from slipstick.study.settings import StudySettings
-from slipstick.study.words import title
+from slipstick.studies.result import Candidate, FindingResult, FurtherExperiment, StudyResult
+from slipstick.studies.settings import StudySettings
+from slipstick.studies.words import title
 
 _UNLISTED = "the catalogue has no effect of this quantity and dependence whose law has this shape"
 _EXPERIMENTS = ("current profile", "motor speed [rad/s]", "load inertia [kg m²]", "brake torque [N m]", "recorded",

@@ -7,7 +7,7 @@ from slipstick.pictures import units
 from slipstick.pictures.theme import in_words
 from slipstick.report.markup import definitions, paragraph, section, table
 from slipstick.report.words import number, signed
-from slipstick.study.result import StudyResult
+from slipstick.studies.result import StudyResult
 
 Fits = Mapping[str, Mapping[str, Any]]
 

@@ -12,8 +12,8 @@ from slipstick.report.study import content, parts
 from slipstick.report.study.fits import Fits, same_fit
 from slipstick.report.study.simulation import lead
 from slipstick.report.study.warnings import warnings
-from slipstick.study.record import figures_from_dict, result_from_dict
-from slipstick.study.settings import StudySettings
+from slipstick.studies.record import figures_from_dict, result_from_dict
+from slipstick.studies.settings import StudySettings
 
 
 def study_page(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits | None = None) -> str:

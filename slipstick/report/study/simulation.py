@@ -8,8 +8,8 @@ from slipstick.pictures.units import fixed, number
 from slipstick.report.study.parts import Note, Part, Picture, Section, Table
 from slipstick.report.study.words import CHANNELS, channel, closed, many, percent
 from slipstick.report.words import listed
-from slipstick.study.result import WITHIN, Gap, SimulationResult, StudyResult
-from slipstick.study.settings import StudySettings
+from slipstick.studies.result import WITHIN, Gap, SimulationResult, StudyResult
+from slipstick.studies.settings import StudySettings
 
 _CLOSED = ("Gap closed: 1 − (after² − right²) / (before² − right²). Before: the best fit without the findings to the "
            "same recordings. After: the fit with them. Right: what sensor noise and the scatter of the parameters "

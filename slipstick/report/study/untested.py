@@ -6,7 +6,7 @@ from slipstick.pictures.units import fixed, number, raised
 from slipstick.report.study.parts import Note, Part, Picture, Section, Table
 from slipstick.report.study.words import channel
 from slipstick.report.words import signed
-from slipstick.study.result import Explanation, StudyResult, TimesOver
+from slipstick.studies.result import Explanation, StudyResult, TimesOver
 
 _EXPLAINED = ("Each effect alone is added to the simulation of the whole bench and fitted to all that was recorded. No "
               "block measures its law here, so an effect that the catalogue does not have may be the cause. On "

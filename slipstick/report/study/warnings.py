@@ -7,8 +7,8 @@ from slipstick.pictures.units import number
 from slipstick.report.study.parts import Entries
 from slipstick.report.study.words import MISFIT, channel
 from slipstick.report.words import listed
-from slipstick.study.result import WITHIN, Control, FindingResult, Gap, Remainder, StudyResult
-from slipstick.study.words import engagements
+from slipstick.studies.result import WITHIN, Control, FindingResult, Gap, Remainder, StudyResult
+from slipstick.studies.words import engagements
 
 _CONTROL = 0.5
 """Share of the closure by the findings from which on the control casts doubt on it."""

@@ -4,7 +4,7 @@ from slipstick.clutch.effects import CATALOGUE, Effect
 from slipstick.pictures import units
 from slipstick.pictures.theme import in_words
 from slipstick.recordings.signals import SIGNAL_UNITS
-from slipstick.study.result import WITHIN, Closure, Coefficient
+from slipstick.studies.result import WITHIN, Closure, Coefficient
 
 CHANNELS = {name: (unit, 1.0) for name, unit in SIGNAL_UNITS.items()} | {
     "shifting_time": ("ms", 1e3), WITHIN: ("noise", 1.0)}

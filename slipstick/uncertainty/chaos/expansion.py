@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 
 from slipstick.errors import InvalidValue
-from slipstick.matrix_product import matrix_product
+from slipstick.numerics.matrix_product import matrix_product
 from slipstick.uncertainty.chaos import least_squares, rules
 from slipstick.uncertainty.chaos.germs import Germ
 from slipstick.uncertainty.chaos.polynomials import Polynomials

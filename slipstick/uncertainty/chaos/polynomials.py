@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
-from slipstick.matrix_product import multiply
+from slipstick.numerics.matrix_product import multiply
 from slipstick.uncertainty.chaos.germs import Germ
 
 _BLOCK = 96  # germs that are evaluated together; their 45 polynomials of order 8 fit into the first cache of a core

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from slipstick.matrix_product import matrix_product
+from slipstick.numerics.matrix_product import matrix_product
 from slipstick.uncertainty.likelihood.gradient import density_and_gradient
 from slipstick.uncertainty.likelihood.likelihood import (
     KNOTTED,

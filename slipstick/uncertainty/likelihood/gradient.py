@@ -13,7 +13,7 @@ of the same smooth integral.
 
 import numpy as np
 
-from slipstick.matrix_product import matrix_product
+from slipstick.numerics.matrix_product import matrix_product
 from slipstick.uncertainty.likelihood import lines
 from slipstick.uncertainty.likelihood.likelihood import KNOTTED, density_and_moments, exact, integration_lines
 from slipstick.uncertainty.likelihood.local import PolynomialModel

@@ -5,8 +5,8 @@ import math
 import numba
 import numpy as np
 
+from slipstick.numerics.wide_vectors import WideCompiler
 from slipstick.uncertainty.likelihood.exponential import exponential
-from slipstick.wide_vectors import WideCompiler
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")

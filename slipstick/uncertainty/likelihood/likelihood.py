@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from slipstick.matrix_product import matrix_product
+from slipstick.numerics.matrix_product import matrix_product
 from slipstick.uncertainty.chaos.expansion import Expansion, ExpansionSettings, expand, make_basis
 from slipstick.uncertainty.inputs import Inputs
 from slipstick.uncertainty.likelihood import lattice, lines

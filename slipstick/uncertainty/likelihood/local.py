@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.matrix_product import matrix_product
+from slipstick.numerics.matrix_product import matrix_product
 from slipstick.uncertainty.chaos.expansion import Basis, Expansion, ExpansionSettings, expand, make_basis
 from slipstick.uncertainty.inputs import Inputs
 from slipstick.uncertainty.likelihood.likelihood import centre_slopes, steepest_direction

@@ -10,7 +10,7 @@ from slipstick.bench.scales import SCALES
 from slipstick.clutch import effects
 from slipstick.clutch.effects.effect import Coefficient, Effect
 from slipstick.errors import InvalidValue
-from slipstick.quantities import NotAQuantity, convert
+from slipstick.numerics.quantities import NotAQuantity, convert
 from tests.benches import BENCHES, COMPACT, HEAVY
 
 COEFFICIENTS = [(effect.name, c) for effect in effects.CATALOGUE for c in effect.coefficients]

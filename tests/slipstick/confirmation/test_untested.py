@@ -17,8 +17,8 @@ from slipstick.confirmation.times import TimesOver, times_over
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
 from slipstick.recordings import Recordings
-from slipstick.study import StudySettings, conclude, examine
-from slipstick.study.untested import untested
+from slipstick.studies import StudySettings, conclude, examine
+from slipstick.studies.untested import untested
 from tests.benches import HEAVY, NOMINAL
 from tests.slipstick.confirmation.conftest import recorded
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slipstick import threads
 from slipstick.naming.study import Naming, name
+from slipstick.numerics import threads
 from slipstick.recordings import Recordings
 from tests.benches import HEAVY
 

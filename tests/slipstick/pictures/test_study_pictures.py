@@ -11,9 +11,9 @@ import pytest
 
 from slipstick.pictures import units
 from slipstick.pictures.study import CAPTIONS, Spec, study_pictures, surfaces
-from slipstick.study import StudyResult, StudySettings
-from slipstick.study.figures import Figures
-from slipstick.study.result import Candidate, FindingResult, Gap, Law, SimulationResult
+from slipstick.studies import StudyResult, StudySettings
+from slipstick.studies.figures import Figures
+from slipstick.studies.result import Candidate, FindingResult, Gap, Law, SimulationResult
 
 Studied = Callable[[str], tuple[StudyResult, Figures]]
 Marks = Callable[[Spec, str], list[ElementTree.Element]]

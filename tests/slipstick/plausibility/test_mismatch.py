@@ -16,7 +16,7 @@ from slipstick.errors import InvalidValue
 from slipstick.plausibility.mismatch import is_near, mismatches, nearest_ratios
 from slipstick.recordings import Recordings, Signals
 from slipstick.recordings.signals import SIGNAL_UNITS
-from slipstick.study import StudySettings, examine
+from slipstick.studies import StudySettings, examine
 from tests.benches import BENCHES, COMPACT, HEAVY, TABLES
 from worker.__main__ import main
 

@@ -15,8 +15,8 @@ from selenium.webdriver.support.wait import WebDriverWait
 from slipstick.pictures import CAPTIONS, theme
 from slipstick.report import page
 from slipstick.report.study.page import study_page
-from slipstick.study import StudyResult, StudySettings
-from slipstick.study.figures import Figures
+from slipstick.studies import StudyResult, StudySettings
+from slipstick.studies.figures import Figures
 
 FIT = {"id": "first-fit", "table": "nominal", "table_digest": "a1b2", "recordings": "<b>mine</b>",
        "recordings_digest": "c3d4", "simulate": False, "outside": "clip",

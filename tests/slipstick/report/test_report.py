@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from slipstick.figure_data import figure_data
-from slipstick.inference import table_problem
+from slipstick.inference.figures import figure_data
+from slipstick.inference.problems import table_problem
 from slipstick.pictures import CAPTIONS
 from slipstick.report import costs, page, words
 from slipstick.storage.library import Library

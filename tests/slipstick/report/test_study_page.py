@@ -14,9 +14,9 @@ from slipstick.report.study.fits import numbers, same_fit
 from slipstick.report.study.limits import limits
 from slipstick.report.study.page import study_page
 from slipstick.report.study.warnings import warnings
-from slipstick.study import StudyResult, StudySettings
-from slipstick.study.figures import Figures
-from slipstick.study.result import (
+from slipstick.studies import StudyResult, StudySettings
+from slipstick.studies.figures import Figures
+from slipstick.studies.result import (
     Candidate,
     Closure,
     Coefficient,

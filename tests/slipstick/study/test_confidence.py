@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 from slipstick.naming.selection import Finding, Rival
-from slipstick.study.confidence import (
+from slipstick.studies.confidence import (
     BANDS,
     LEAST,
     Evidence,

@@ -9,8 +9,8 @@ import pytest
 
 from slipstick.recordings import Recordings
 from slipstick.report.study.page import study_page
-from slipstick.study import StudySettings, examine, unconfirmed
-from slipstick.study.record import figures_from_dict, result_from_dict
+from slipstick.studies import StudySettings, examine, unconfirmed
+from slipstick.studies.record import figures_from_dict, result_from_dict
 from slipstick.time_budget import TimeBudgetEnded
 from tests.benches import HEAVY
 from worker.study_text import study_text

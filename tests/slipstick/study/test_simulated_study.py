@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slipstick.study import StudySettings, study
-from slipstick.study.conditions import by_level, with_measured
+from slipstick.studies import StudySettings, study
+from slipstick.studies.conditions import by_level, with_measured
 from tests.benches import HEAVY
 
 TERMS = SimpleNamespace(names=("load_drag",))

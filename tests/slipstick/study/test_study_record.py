@@ -12,11 +12,11 @@ import pytest
 from scipy.io import loadmat
 
 from slipstick.errors import InvalidValue, UnknownName
-from slipstick.study import StudyResult
-from slipstick.study.export import file_stem, has_table, law_csv, law_mat
-from slipstick.study.figures import Figures
-from slipstick.study.record import figures_from_dict, result_from_dict
-from slipstick.study.settings import StudySettings
+from slipstick.studies import StudyResult
+from slipstick.studies.export import file_stem, has_table, law_csv, law_mat
+from slipstick.studies.figures import Figures
+from slipstick.studies.record import figures_from_dict, result_from_dict
+from slipstick.studies.settings import StudySettings
 
 Studied = Callable[[str], tuple[StudyResult, Figures]]
 

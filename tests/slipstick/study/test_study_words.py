@@ -6,9 +6,9 @@ import pytest
 from slipstick.naming.asked import Asked, steps
 from slipstick.naming.measured import LawPoints
 from slipstick.recordings.signals import SIGNAL_UNITS
-from slipstick.study.formula import formula
-from slipstick.study.progress import StudyProgress, StudySteps
-from slipstick.study.result import (
+from slipstick.studies.formula import formula
+from slipstick.studies.progress import StudyProgress, StudySteps
+from slipstick.studies.result import (
     Candidate,
     Confirmation,
     CountedFindings,
@@ -17,7 +17,7 @@ from slipstick.study.result import (
     Remainder,
     Worth,
 )
-from slipstick.study.words import NOTHING, sentence, title
+from slipstick.studies.words import NOTHING, sentence, title
 
 CONFIRMED = Confirmation("formula", [], True)
 

@@ -19,8 +19,8 @@ from evidence.robustness.damaged_tables import (
     make_plain_table,
     try_upload,
 )
+from slipstick.black_box import BlackBoxDescription, Cases, Input, Quantity
 from slipstick.errors import BadTable, InvalidValue, RefusedTable
-from slipstick.machine import Cases, Input, Machine, Quantity
 from slipstick.table import Axis, Grid, Table, upload
 from tests.benches import HEAVY, NOMINAL
 
@@ -203,7 +203,7 @@ def test_the_number_of_axes_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
         inputs = tuple(Input(f"x{number}", "1", 1.0, 0.5, 1.5) for number in range(count))
         axes = tuple(Axis(one.name, np.array([0.5, 1.5]), 1.0, "1") for one in inputs)
         times = np.ones((2,) * count + (1,))
-        model = Machine("many", inputs, (Quantity("b", "1"),), Quantity("c", "1"), "")
+        model = BlackBoxDescription("many", inputs, (Quantity("b", "1"),), Quantity("c", "1"), "")
         file = io.BytesIO()
         Grid(axes, times, np.zeros(times.shape, np.uint8), Cases(model.columns, np.ones((1, 1))), model).write_to(file)
         return file.getvalue()
@@ -222,14 +222,14 @@ def test_the_number_of_axes_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     ("inputs", [{"name": "a", "unit": "1", "nominal": float("inf"), "lower": 0.5, "upper": 1.5}], "'a' is inf"),
     ("inputs", 5, "incomplete"), ("columns", [{"name": "a/b", "unit": "1"}], "not a valid name")])
 def test_a_hostile_description_of_a_machine_is_refused(key: str, value: object, says: str) -> None:
-    model = Machine("m", (Input("a", "1", 1.0, 0.5, 1.5),), (Quantity("b", "1"),), Quantity("c", "1"), "s")
-    assert Machine.from_spec(json.loads(json.dumps(model.spec()))) == model
+    model = BlackBoxDescription("m", (Input("a", "1", 1.0, 0.5, 1.5),), (Quantity("b", "1"),), Quantity("c", "1"), "s")
+    assert BlackBoxDescription.from_spec(json.loads(json.dumps(model.spec()))) == model
     with pytest.raises(InvalidValue, match=says):
-        Machine.from_spec({"machine": {**model.spec()["machine"], key: value}})
+        BlackBoxDescription.from_spec({"machine": {**model.spec()["machine"], key: value}})
 
 
 def test_an_axis_of_a_table_of_another_machine_is_one_of_its_inputs() -> None:
-    model = Machine("m", (Input("a", "V", 2.0, 0.5, 1.5),), (Quantity("b", "1"),), Quantity("c", "1"), "s")
+    model = BlackBoxDescription("m", (Input("a", "V", 2.0, 0.5, 1.5),), (Quantity("b", "1"),), Quantity("c", "1"), "s")
 
     def written(name: str, nominal: float, unit: str, column: str = "b") -> bytes:
         file = io.BytesIO()

@@ -8,7 +8,7 @@ import openturns
 import pytest
 
 from slipstick.errors import InvalidValue
-from slipstick.matrix_product import matrix_product
+from slipstick.numerics.matrix_product import matrix_product
 from slipstick.uncertainty.chaos import (
     Basis,
     Expansion,

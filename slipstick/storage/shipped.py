@@ -1,0 +1,22 @@
+"""Benches and recordings that are shipped with the package.
+
+They are the files of the folder `tables/` of the repository, which an installed wheel has as `slipstick/shipped`.
+"""
+
+from pathlib import Path
+
+_INSTALLED = Path(__file__).parents[1] / "shipped"
+FOLDER = _INSTALLED if _INSTALLED.is_dir() else Path(__file__).parents[2] / "tables"
+"""The folder of the shipped files."""
+
+
+def file_of(name: Path | str, suffix: str) -> Path:
+    """The file that `name` means: the file at this path, or else, for a plain name, the shipped file of that name.
+
+    Where there is neither, `name` is returned as a path, whose reader says that it does not exist.
+    """
+    path = Path(name)
+    if path.exists() or path.parent != Path():
+        return path
+    shipped = FOLDER / f"{path.name.removesuffix(suffix)}{suffix}"
+    return shipped if shipped.is_file() else path

@@ -1,0 +1,116 @@
+"""What findings are called, and the answer in one sentence."""
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+from slipstick.clutch import effects
+from slipstick.confirmation.explanations import Explanation
+from slipstick.naming.block import Pair
+from slipstick.studies.result import FindingResult, Remainder
+
+_FORMS = {"lag": "lag of the {0}", "offset": "offset of the {0}", "gain": "gain error of the {0}",
+          "past current": "{0} that depends on the past of the current",
+          "direction": "{0} that depends on the direction of motion", "twist": "twist of the shafts by the {0}"}
+SIGNALS = {"valve": "current → pressure", "contact": "pressure, slip → torque in full contact",
+           "clutch": "pressure, speeds → torque while the plates close", "load": "torque → output speed",
+           "input": "torque → input speed", "lock": "output speed → input speed after lock-up"}
+"""Block of the study -> the signals that it connects."""
+NOTHING = "Nothing is missing that these recordings could show"
+_PARAMETERS = "The parameters of the bench explain these recordings"
+
+
+def title(pair: Pair, effect: str | None) -> str:
+    """A finding in words: the title of its effect, or else what depends on what."""
+    if effect is not None:
+        return effects.find(effect).title
+    words = _FORMS.get(pair[1], "{0} that depends on the {1}").format(*pair)
+    return words[0].upper() + words[1:]
+
+
+def sentence(findings: Sequence[FindingResult], unexplained: Sequence[str],
+             outlying: Mapping[str, Sequence[int]] = MappingProxyType({}), remainders: Sequence[Remainder] = (),
+             any_tested: bool = True, missing: Sequence[str] = (), misfits: Sequence[str] = (),
+             explanations: Sequence[Explanation] = ()) -> str:
+    """The answer.
+
+    Where nothing was found, it has the engagements that are `outlying` in a block and yet used. Signals are `missing`
+    without which some blocks could not be tested, or none. `misfits` are the signals, or the shifting time, in which
+    the simulation leaves a misfit that the tested blocks do not explain, and `explanations` would explain it.
+    """
+    answer = _said(findings, unexplained, outlying) + "".join(_left_over(one) for one in remainders)
+    if misfits:
+        absent = f"Something is missing that shows in the {_words(misfits)}"
+        absent += ", but in no block that could be tested" if any_tested else ""
+        answer = (absent if answer == NOTHING else f"{answer}. {absent}") + _would_explain(explanations)
+    if not missing:
+        return answer
+    if not any_tested and answer == NOTHING:
+        answer = _PARAMETERS
+    return f"{answer}. {'Not every' if any_tested else 'No'} block was tested: the recordings have no {_words(missing)}"
+
+
+def partial_sentence(findings: Sequence[FindingResult], unexplained: Sequence[str],
+                     outlying: Mapping[str, Sequence[int]], remainders: Sequence[Remainder]) -> str:
+    """The answer of a study whose time budget ended before it was complete."""
+    answer = sentence(findings, unexplained, outlying, remainders)
+    return f"Partial answer, as the time budget ended. {'Nothing was found so far' if answer == NOTHING else answer}"
+
+
+def engagements(rows: Sequence[int]) -> str:
+    """Engagements by their numbers."""
+    return f"engagement{'s' * (len(rows) > 1)} {_words([str(row) for row in rows])}"
+
+
+def _would_explain(explanations: Sequence[Explanation]) -> str:
+    """The effects that would explain a misfit best, as far as the recordings tell them apart."""
+    if not explanations:
+        return ""
+    first, *others = (effects.find(one.effect).title for one in explanations if one is explanations[0] or one.tied)
+    names = [name[0].lower() + name[1:] for name in (first, *others)]
+    what = "would explain it" if explanations[0].sufficient else "would explain most, but not all of it"
+    best = f". Of the effects in the catalogue, {names[0]} {what}"
+    return f"{best}, and is not told apart from {_words(names[1:])}" if names[1:] else best
+
+
+def _words(names: Sequence[str]) -> str:
+    *most, last = (name.replace("_", " ") for name in names)
+    return f"{', '.join(most)} and {last}" if most else last
+
+
+def _said(findings: Sequence[FindingResult], unexplained: Sequence[str], outlying: Mapping[str, Sequence[int]]) -> str:
+    left = _quoted(unexplained)
+    if not findings and not left and outlying:
+        rows = sorted({row for its in outlying.values() for row in its})
+        bad = "are bad: they are" if len(rows) > 1 else "is bad: it is"
+        return (f"Something is missing in the block {_quoted(tuple(outlying))}, or {engagements(rows)} {bad} far worse "
+                "there than the others")
+    if not findings:
+        return f"Something is missing in the block {left}, and no law that was tried explains it" if left else NOTHING
+    parts = [_phrase(one) for one in findings]
+    more = f". Something more is missing in the block {left}, and no law that was tried explains it" if left else ""
+    return f"Missing: {'; and '.join(parts)}{more}"
+
+
+def _quoted(blocks: Sequence[str]) -> str:
+    return " and ".join(f"“{SIGNALS[block]}”" for block in blocks)
+
+
+def _left_over(one: Remainder) -> str:
+    return (f". What is left in the block {_quoted(one.blocks)} resembles this: "
+            f"{one.title[0].lower() + one.title[1:]}. More likely it is what the laws of the findings do not follow")
+
+
+def _phrase(one: FindingResult) -> str:
+    doubt = one.confirmation.agrees is False or one.confirmation.simulated == "not computed"
+    return _name(one) + " (not confirmed by the simulation of the whole bench)" * doubt
+
+
+def _name(one: FindingResult) -> str:
+    name = one.title[0].lower() + one.title[1:]
+    if one.kind == "unlisted":
+        return f"{name}, which no effect of the catalogue explains"
+    if one.kind == "tie":
+        others = [title((other.quantity, other.depends_on), other.effect) for other in one.rivals]
+        rest = ", ".join(other[0].lower() + other[1:] for other in others)
+        return f"one of {1 + len(others)} that these recordings do not tell apart: {name}, {rest}"
+    return name
