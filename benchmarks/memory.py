@@ -19,11 +19,11 @@ import numpy as np
 
 from benchmarks.benches import AXES, HEAVY
 from benchmarks.results import write
+from slipstick.building import Plan, build_grid
+from slipstick.building.plan import Simulate
 from slipstick.clutch.ensemble import DEFAULT
 from slipstick.clutch.model import Model
 from slipstick.table import Axis
-from worker.building import build
-from worker.plan import Plan, Simulate
 
 HEADER = ("cells", "time [s]", "peak memory [MB]", "memory of the process before [MB]", "difference in bytes per cell")
 SIZES = (100, 316, 1000)
@@ -49,7 +49,7 @@ def build_one(size: int) -> None:
     plan = CheapPlan(Model(HEAVY.physics), HEAVY.conditions.take(range(_CONDITIONS)), axes, DEFAULT)
     before, begin = _peak(), time.perf_counter()
     with tempfile.TemporaryDirectory(prefix="slipstick-memory-") as folder:
-        build(plan, Path(folder) / "table.h5", ThreadPoolExecutor(1), lambda done, resumed: None)
+        build_grid(plan, Path(folder) / "table.h5", ThreadPoolExecutor(1), lambda done, resumed: None)
     print(time.perf_counter() - begin, _peak(), before)
 
 

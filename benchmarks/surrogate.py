@@ -9,9 +9,11 @@ refined on it. For every fit, the likelihood of its solution is also computed by
 defaults of `python -m worker surrogate`; fits have default settings, without intervals.
 """
 
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -23,19 +25,20 @@ from benchmarks.benches import HEAVY
 from benchmarks.results import write
 from slipstick.bench import parameters
 from slipstick.bench.conditions import Conditions
+from slipstick.building import train_on_clutch
+from slipstick.building.surrogates import HELD_OUT, RUNS, Training
 from slipstick.calibration import calibrate
 from slipstick.clutch.ensemble import Simulator, shifting_times
 from slipstick.clutch.model import Model
 from slipstick.inference.problems import table_problem
 from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
-from slipstick.table import Axis, Grid, HeldOut
+from slipstick.table import Axis, Grid, HeldOut, Surrogate
 from slipstick.uncertainty import fit
 from slipstick.uncertainty.fit import FitSettings
 from slipstick.uncertainty.fit.refine import refined_vector
 from slipstick.uncertainty.fit.search_space import search_space
 from slipstick.uncertainty.likelihood import InferenceProblem, converged
-from worker.surrogate import HELD_OUT, RUNS, build
 
 NESTED = ("pressure_bias", "initial_position", "friction_coefficient", "current_delay", "temperature_gain",
           "current_bias", "current_gain")
@@ -97,6 +100,11 @@ class Spent:
         return result
 
 
+def _train(model: Model, conditions: Conditions, box: Box) -> Surrogate:
+    with ThreadPoolExecutor(os.cpu_count()) as executor:
+        return train_on_clutch(model, conditions, box.axes(model), Training(), executor)
+
+
 def main() -> None:
     """Run the benchmark and write the table."""
     recordings, rows = Library(Path("tables")).recording("measured"), []
@@ -134,7 +142,7 @@ def compare_models(model: Model, recordings: Recordings, box: Box) -> Iterator[l
         optimum = spent.on(lambda: find_optimum(by_table))
         yield row(f"table of {GRID} x {GRID}", by_table, optimum, table.times.size, built, None, spent)
     built, spent, engagements = Spent(), Spent(), (RUNS + HELD_OUT) * len(recordings)
-    surrogate = built.on(lambda: build(model, recordings.conditions, box.axes(model)))
+    surrogate = built.on(lambda: _train(model, recordings.conditions, box))
     by_surrogate = table_problem(surrogate, recordings, "clip")
     optimum = spent.on(lambda: find_optimum(by_surrogate))
     yield row("surrogate", by_surrogate, optimum, engagements, built, surrogate.error, spent)
@@ -143,7 +151,7 @@ def compare_models(model: Model, recordings: Recordings, box: Box) -> Iterator[l
         half = np.maximum(REACH * candidate.inputs.marginal_std, NARROWEST)
         second_box = Box(box.names, np.maximum(box.lower, candidate.inputs.mean - half),
                          np.minimum(box.upper, candidate.inputs.mean + half))
-        second = built.on(lambda: build(model, recordings.conditions, second_box.axes(model)))
+        second = built.on(lambda: _train(model, recordings.conditions, second_box))
         by_second = table_problem(second, recordings, "clip")
         # The bounds keep most runs inside the box: clipped runs would raise the likelihood spuriously.
         means, steps = candidate.inputs.mean, FARTHEST * half

@@ -9,6 +9,7 @@ import socket
 import subprocess
 import sys
 import time
+import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -26,13 +27,18 @@ from slipstick.table import Table
 ROOT = Path(__file__).parents[1]
 SCHEMA = json.loads((ROOT / "tests" / "data" / "compose_spec" / "compose-spec.json").read_text())
 COMPOSE = yaml.safe_load((ROOT / "docker-compose.yml").read_text())
+BUILD = tomllib.loads((ROOT / "pyproject.toml").read_text())
+PROJECT, SETUP = BUILD["project"], BUILD["tool"]["setuptools"]
+PACKAGES = "slipstick", "slipstick_service", "slipstick_worker"
+FOLDERS = {"slipstick": "slipstick", **SETUP["package-dir"]}
 SMALL = ("--axis", "pressure_bias=0.5:1.5:5", "--axis", "initial_position=0.5:1.5:5")
 
 
 def copied() -> list[tuple[str, str]]:
     """What the Dockerfile copies from here: (source, target)."""
     lines = [line.split()[1:] for line in (ROOT / "Dockerfile").read_text().splitlines() if line.startswith("COPY ")]
-    return [(line[-2], line[-1]) for line in lines if not line[0].startswith("--from")]
+    return [(source, line[-1]) for line in lines if not line[0].startswith("--from")
+            for source in line[:-1] if not source.startswith("--")]
 
 
 def test_the_compose_file_fits_its_schema() -> None:
@@ -47,6 +53,21 @@ def test_the_image_is_given_what_it_copies() -> None:
     let_in = {line[1:] for line in (ROOT / ".dockerignore").read_text().splitlines() if line.startswith("!")}
     assert let_in == {source for source, _ in copied()}
     assert all((ROOT / source).exists() for source in let_in)
+
+
+def test_the_image_has_what_its_wheel_is_made_of() -> None:
+    """All sources of packages, licences and package data, so that `pip install .` finds them in the image."""
+    given = {Path(source) for source, target in copied() if target.startswith("./")}
+    texts = [PROJECT["readme"], *(text for text in PROJECT["license-files"] if "*" not in text)]
+    shipped = [f"{FOLDERS['slipstick.shipped']}/{name}" for name in SETUP["package-data"]["slipstick.shipped"]]
+    for needed in ("pyproject.toml", *texts, *shipped, *(FOLDERS[name] for name in PACKAGES)):
+        assert given & {Path(needed), *Path(needed).parents}, needed
+
+
+def test_the_image_has_the_dependencies_of_all_commands() -> None:
+    extras, = re.findall(r"for name in \(([^)]*)\)", (ROOT / "Dockerfile").read_text())
+    complete, = PROJECT["optional-dependencies"]["all"]
+    assert re.findall(r"\w+", extras) == re.findall(r"\w+", complete)[1:]
 
 
 def interpolated(text: str, **variables: str) -> str:
@@ -76,35 +97,39 @@ def test_profiles_leave_the_default_as_it_is() -> None:
 
 
 class Containers:
-    """The services of the compose file as processes: the image's /app and the volume /data are folders."""
+    """The services of the compose file as processes: the volume /data and the image's packages are folders."""
 
     def __init__(self, folder: Path) -> None:
-        self.app, self.data = folder / "app", folder / "data"
-        with socket.socket() as one, socket.socket() as two:
-            for free in (one, two):
+        self.packages, self.data = folder / "packages", folder / "data"
+        with socket.socket() as first, socket.socket() as second:
+            for free in (first, second):
                 free.bind(("127.0.0.1", 0))
-            self.port, self.scheduler_port = (free.getsockname()[1] for free in (one, two))
+            self.port, self.scheduler_port = (free.getsockname()[1] for free in (first, second))
         for source, target in copied():
-            place = Path(self.mapped(target)) if target.startswith("/data/") else self.app
-            if (ROOT / source).is_dir():
-                # With what is compiled, which takes a minute to make again; less what another process may be writing.
-                shutil.copytree(ROOT / source, place / source, ignore=shutil.ignore_patterns("*.pyc*", "*.tmp.*"))
-            else:
+            if target.startswith("/data/"):
+                place = Path(self.mapped(target))
                 place.mkdir(parents=True, exist_ok=True)
                 shutil.copy(ROOT / source, place)
+        # As the wheel installs them (test_wheel.py), with the machine code, which takes a minute to make again, but
+        # without what another process may be writing.
+        for package in PACKAGES:
+            shutil.copytree(ROOT / FOLDERS[package], self.packages / package,
+                            ignore=shutil.ignore_patterns("*.pyc*", "*.tmp.*"))
 
     def mapped(self, text: str) -> str:
-        folders = interpolated(text).replace("/data/", f"{self.data}/").replace("/run/secrets/", f"{self.app.parent}/")
+        folders = interpolated(text).replace("/data/", f"{self.data}/")
+        folders = folders.replace("/run/secrets/", f"{self.data.parent}/")
         return folders.replace("scheduler:", "127.0.0.1:").replace("8786", str(self.scheduler_port))
 
     def arguments(self, command: list[str]) -> list[str]:
-        assert command[0] == "python"
-        return [sys.executable, *map(self.mapped, command[1:])]
+        module = {"python": [], "slipstick": ["-m", PROJECT["scripts"]["slipstick"].partition(".")[0]]}[command[0]]
+        return [sys.executable, *module, *map(self.mapped, command[1:])]
 
     def surroundings(self, service: str) -> dict[str, Any]:
         given = {name: self.mapped(value) for name, value in COMPOSE["services"][service]["environment"].items()}
-        environment = {**os.environ, **given, "SLIPSTICK_HOST": "127.0.0.1", "SLIPSTICK_PORT": str(self.port)}
-        return {"cwd": self.app, "env": environment}
+        environment = {**os.environ, **given, "SLIPSTICK_HOST": "127.0.0.1", "SLIPSTICK_PORT": str(self.port),
+                       "PYTHONPATH": str(self.packages)}
+        return {"cwd": self.data, "env": environment}
 
     def run(self, service: str, command: list[str], *more: str) -> int:
         return subprocess.run([*self.arguments(command), *more], **self.surroundings(service), check=False).returncode
@@ -155,7 +180,7 @@ def test_the_same_commands_run_a_fit_on_one_volume(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_the_commands_of_the_dask_profile_simulate_a_table(tmp_path: Path) -> None:
     containers, out = Containers(tmp_path), ("--out", str(tmp_path / "table.h5"))
-    build = ["python", "-m", "worker", "build", "--bench", "/data/tables/heavy.toml"]
+    build = ["slipstick", "build", "--bench", "/data/tables/heavy.toml"]
     health = COMPOSE["services"]["scheduler"]["healthcheck"]["test"]
     with containers.running("scheduler") as scheduler:
         while containers.run("scheduler", health[1:]) != 0:

@@ -18,6 +18,8 @@ from service.app import create_app
 from service.settings import Settings
 from slipstick import __version__
 from slipstick.bench import parameters
+from slipstick.building.surrogates import HELD_OUT, RUNS, STEPS
+from slipstick.building.training import BATCH, RATE, WIDTHS
 from slipstick.clutch.effects import effect
 from slipstick.clutch.effects.effect import QUANTITIES
 from slipstick.clutch.ensemble import DEFAULT, TIGHT
@@ -30,8 +32,6 @@ from slipstick.uncertainty.likelihood import TOLERANCE
 from slipstick.uncertainty.likelihood.line_rules import ACROSS
 from tests.benches import HEAVY
 from worker.__main__ import COMMANDS
-from worker.surrogate import HELD_OUT, RUNS, STEPS
-from worker.training import BATCH, RATE, WIDTHS
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"

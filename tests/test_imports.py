@@ -19,9 +19,9 @@ ROOT = Path(__file__).parents[1]
 MAY_IMPORT = {
     "slipstick": "",
     "slipstick.errors": "",
-    "slipstick.time_budget": "slipstick.errors",
+    "slipstick.time_budget": "slipstick.errors slipstick.numerics",
     "slipstick.numerics": "numpy numba llvmlite pint threadpoolctl",
-    "slipstick.bench": "numpy slipstick.errors slipstick.numerics slipstick.storage.sheet",
+    "slipstick.bench": "numpy slipstick.errors slipstick.numerics slipstick.storage.sheet slipstick.storage.shipped",
     "slipstick.clutch": "numpy scipy numba llvmlite slipstick.errors slipstick.numerics "
                         "slipstick.bench slipstick.clutch.effects",
     "slipstick.clutch.effects": "numpy scipy slipstick.errors slipstick.bench.scales slipstick.clutch.fastmath "
@@ -39,7 +39,8 @@ MAY_IMPORT = {
     "slipstick.storage.library": "numpy slipstick.errors slipstick.bench slipstick.storage.files "
                                  "slipstick.storage.versions slipstick.recordings slipstick.table slipstick.black_box",
     "slipstick.recordings": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.condition_layout "
-                            "slipstick.storage.hdf5 slipstick.storage.isolated slipstick.storage.sheet",
+                            "slipstick.storage.files slipstick.storage.hdf5 slipstick.storage.isolated "
+                            "slipstick.storage.sheet slipstick.storage.shipped",
     "slipstick.acquisition": "numpy scipy h5py asammdf pyarrow slipstick.errors slipstick.numerics slipstick.bench "
                              "slipstick.recordings slipstick.storage.cells slipstick.storage.hdf5 "
                              "slipstick.storage.isolated",
@@ -49,6 +50,9 @@ MAY_IMPORT = {
     "slipstick.table": "numpy numba h5py slipstick.errors slipstick.numerics slipstick.bench slipstick.clutch "
                        "slipstick.black_box slipstick.storage.condition_layout slipstick.storage.files "
                        "slipstick.storage.hdf5 slipstick.storage.isolated",
+    "slipstick.building": "numpy scipy numba slipstick.__version__ slipstick.errors slipstick.numerics slipstick.bench "
+                          "slipstick.black_box slipstick.clutch slipstick.storage.files slipstick.table "
+                          "slipstick.uncertainty.chaos",
     "slipstick.plausibility": "numpy slipstick.bench slipstick.clutch slipstick.pictures "
                               "slipstick.recordings.signals",
     "slipstick.plausibility.mismatch": "numpy slipstick.errors slipstick.bench slipstick.blocks.load slipstick.clutch "
@@ -71,10 +75,9 @@ MAY_IMPORT = {
     "slipstick.uncertainty.fit": "numpy scipy slipstick.errors slipstick.numerics slipstick.uncertainty.chaos "
                                  "slipstick.uncertainty.likelihood slipstick.uncertainty.outside "
                                  "slipstick.uncertainty.sampling slipstick.time_budget",
-    "slipstick.inference.problems": "numpy slipstick.errors slipstick.bench slipstick.clutch slipstick.black_box "
-                           "slipstick.plausibility.mismatch slipstick.recordings slipstick.table slipstick.uncertainty",
-    "slipstick.inference.figures": "numpy slipstick.bench slipstick.clutch slipstick.black_box slipstick.recordings "
-                             "slipstick.table slipstick.uncertainty",
+    "slipstick.inference": "numpy slipstick.errors slipstick.bench slipstick.clutch slipstick.black_box "
+                           "slipstick.plausibility.mismatch slipstick.recordings slipstick.table "
+                           "slipstick.time_budget slipstick.uncertainty",
     "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.numerics slipstick.bench slipstick.blocks "
                         "slipstick.clutch slipstick.recordings",
     "slipstick.confirmation": "numpy scipy numba slipstick.errors slipstick.numerics slipstick.bench "
@@ -82,15 +85,17 @@ MAY_IMPORT = {
     "slipstick.studies": "numpy scipy slipstick.errors slipstick.numerics slipstick.bench slipstick.clutch "
                        "slipstick.confirmation slipstick.naming slipstick.plausibility.mismatch slipstick.recordings "
                        "slipstick.time_budget",
-    "slipstick.pictures": "numpy scipy vl_convert slipstick.uncertainty",
+    "slipstick.pictures": "numpy scipy vl_convert slipstick.errors slipstick.uncertainty",
     "slipstick.pictures.study": "scipy slipstick.clutch.effects slipstick.pictures slipstick.recordings.signals "
                                 "slipstick.studies",
     "slipstick.report": "numpy slipstick.__version__ slipstick.pictures slipstick.recordings slipstick.time_budget",
+    "slipstick.report.calibration": "slipstick.bench slipstick.calibration slipstick.recordings.signals",
     "slipstick.report.imported": "slipstick.__version__ slipstick.acquisition slipstick.bench slipstick.pictures "
                                  "slipstick.recordings.signals slipstick.report",
     "slipstick.report.made": "slipstick.errors slipstick.pictures slipstick.report",
     "slipstick.report.study": "numpy slipstick.clutch.effects slipstick.pictures slipstick.recordings "
                               "slipstick.report slipstick.studies",
+    "slipstick.interface": "numpy numba slipstick",
     "service": "numpy fastapi starlette uvicorn h11 pydantic pydantic_settings orjson prometheus_client sqlalchemy "
                "dbos slipstick",
     "worker": "numpy scipy dbos sqlalchemy slipstick",

@@ -2,8 +2,8 @@
 
 import argparse
 import os
-from collections.abc import Callable, Iterator
-from concurrent.futures import CancelledError, Executor
+from collections.abc import Iterator
+from concurrent.futures import CancelledError
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 
@@ -22,14 +22,18 @@ def add_dask_argument(parser: argparse.ArgumentParser) -> None:
                              "variable SLIPSTICK_DASK; docs/operations.md)")
 
 
-def open_executor(dask: str | None, here: Callable[[], Executor], file: BlackBox | None = None) -> Executor:
-    """The cluster at the address `dask`, or what `here` makes without one; raises `InvalidValue`.
+@contextmanager
+def cluster_at(dask: str | None, file: BlackBox | None = None) -> Iterator[Cluster | None]:
+    """The cluster at the address `dask`, None without one; raises `InvalidValue`, also where it is lost in the block.
 
     `file` is the machine that is simulated, if it is not a clutch.
     """
-    if dask is None:
-        return here()
-    return Cluster(dask, needs_main_thread=file is not None and isinstance(file.simulator, Function))
+    with explained():
+        if dask is None:
+            yield None
+            return
+        with Cluster(dask, needs_main_thread=file is not None and isinstance(file.simulator, Function)) as cluster:
+            yield cluster
 
 
 @contextmanager

@@ -7,25 +7,24 @@ the search, and from the refinement on the `estimate`, unless the time budget en
 
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from slipstick.bench import Bench, Conditions
 from slipstick.black_box import BlackBoxDescription
-from slipstick.inference.figures import figure_data
-from slipstick.inference.problems import Measured, machine_problem, require_reach, simulated_problem, table_problem
+from slipstick.inference.fitting import FitTask
+from slipstick.inference.problems import machine_problem, require_reach, simulated_problem, table_problem
 from slipstick.plausibility.mismatch import require_match
 from slipstick.storage.library import Library
-from slipstick.table.physical_values import physical_inputs
-from slipstick.table.subject import Subject, output_of
-from slipstick.time_budget import Partial, TimeBudgetEnded
+from slipstick.table.subject import output_of
+from slipstick.time_budget import clock_times, stage_times
 from slipstick.uncertainty import fit
 from slipstick.uncertainty.likelihood import InferenceProblem, ShiftingTimeModel
 
 from .computing import Report
-from .orders import Checkpoint, Order, clock_times, require_same, stage_times
+from .orders import Checkpoint, Order, require_same
 from .simulators import Simulators
 
 _STEP_SECONDS = 1.0
@@ -88,28 +87,10 @@ def conclude(library: Library, report: Report, simulators: Simulators, order: Or
     Raises `TimeBudgetEnded` if there is no generation. Without an estimate, that is the best candidate of the search.
     """
     begin = clock_times()
-    task, state, estimate = _open(library, simulators, order), checkpoint["state"], checkpoint.get("estimate")
-    if not state["history"]:
-        raise TimeBudgetEnded.before(order["time_budget"], "the first generation of the search")
-    problem, settings = _Progress(task, report, "conclude").problem(state), task.settings
-    done, missing = fit.unfinished(settings, state, estimate)
-    partial = Partial(order["time_budget"], done, missing) if missing else None
-    if estimate is None:
-        settings = replace(settings, refine=False)
-        estimate = fit.refined_estimate(settings, problem, state)
-    result = fit.summary(settings, problem, state, estimate, partial)
-    figures = figure_data(settings, problem, state, estimate, task.model, task.recordings)
-    physical = physical_inputs(task.model, result["axes"], result["mean"], result["std"])
-    return {"result": result, "physical": [asdict(entry) for entry in physical], "figure_data": figures,
+    task, state = _open(library, simulators, order), checkpoint["state"]
+    reporting = replace(task, problem=_Progress(task, report, "conclude").problem(state))
+    return {**reporting.output(state, checkpoint.get("estimate"), order["time_budget"]),
             **stage_times(checkpoint, "conclude", begin)}
-
-
-@dataclass(frozen=True, eq=False)
-class _Task:
-    settings: fit.FitSettings
-    problem: InferenceProblem
-    model: Subject
-    recordings: Measured
 
 
 class _ReportingModel:
@@ -131,7 +112,7 @@ class _ReportingModel:
 class _Progress:
     """What a step reports: its `stage`, and of the search how long it has taken so far in s."""
 
-    task: _Task
+    task: FitTask
     report: Report
     stage: str
     seconds: Callable[[], float] | None = None
@@ -148,7 +129,7 @@ class _Progress:
         return replace(self.task.problem, model=model)
 
 
-def _open(library: Library, simulators: Simulators, order: Order) -> _Task:
+def _open(library: Library, simulators: Simulators, order: Order) -> FitTask:
     table, recordings = library.table(order["table"]), library.measured(order["recordings"])
     require_same(order, "table", table.digest, "fit")
     require_same(order, "recordings", recordings.digest, "fit")
@@ -160,7 +141,7 @@ def _open(library: Library, simulators: Simulators, order: Order) -> _Task:
     else:
         problem = simulated_problem(table.clutch, library.recording(order["recordings"]), order["parameters"],
                                     _bench(library, order), simulators.of_clutch)
-    return _Task(fit.FitSettings.from_dict(order["settings"]), problem, table.model, recordings)
+    return FitTask(fit.FitSettings.from_dict(order["settings"]), problem, table.model, recordings)
 
 
 def _bench(library: Library, order: Order) -> Bench:

@@ -13,11 +13,11 @@ from slipstick.acquisition.mapping import ChannelMap
 from slipstick.acquisition.opening import FORMATS, is_measurement
 from slipstick.bench import Bench
 from slipstick.errors import BadRecording, InvalidValue
+from slipstick.interface.progress import ProgressLine
 from slipstick.report.imported import imported_page, summary
 from slipstick.storage.files import replacing
 
 from .bench_option import add_bench_argument
-from .progress import Progress
 
 _MOST_REMARKS = 20
 
@@ -51,13 +51,14 @@ def run(arguments: argparse.Namespace) -> int:
             raise InvalidValue(f"'{path}' is not the name of a {suffix} file", f"Give a path that ends in {suffix}")
     mapping = open_mapping(arguments.map)
     plan = None if mapping.plan is None else _plan(arguments.map, mapping.plan)
-    progress, done = Progress(len(files), "files"), iter(range(1, len(files) + 1))
-    found = import_sources(_sources(files, mapping), mapping, bench, plan, lambda name: progress(next(done), 0))
+    with ProgressLine(log=True) as line:
+        done = iter(range(len(files) + 1))
+        line.count(next(done), len(files), "files")
+        found = import_sources(_sources(files, mapping), mapping, bench, plan,
+                               lambda name: line.count(next(done), len(files), "files"))
     print(report(found))
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
+    found.recordings.save(arguments.out)
     page.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(arguments.out) as temporary:
-        temporary.write_bytes(found.recordings.to_bytes())
     if found.recordings.signals is not None:
         print("simulating one engagement for the page", file=sys.stderr)
     with replacing(page) as temporary:

@@ -2,7 +2,6 @@
 
 import argparse
 import math
-import time
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,7 +10,6 @@ from slipstick.time_budget import DEFAULT
 
 Order = dict[str, Any]
 """The input of a job, as the service submits it (service/job_store.py)."""
-ClockTimes = tuple[float, float]
 Checkpoint = dict[str, Any]
 """The output of a step: a state, and the time spent so far in each stage."""
 
@@ -24,20 +22,6 @@ def require_same(order: Order, kind: str, digest: str, job: str) -> None:
     if digest != order[f"{kind}_digest"]:
         changed = "sensors or priors of the bench" if kind == "sensing" else f"{kind} '{order[kind]}'"
         raise WrongDigest(f"The {changed} changed after the {job} was submitted", f"Submit the {job} again")
-
-
-def clock_times() -> ClockTimes:
-    """Wall time, and processor time of all threads of this process, both in s."""
-    return time.perf_counter(), time.process_time()
-
-
-def stage_times(checkpoint: Mapping[str, Any], stage: str, begin: ClockTimes) -> dict[str, dict[str, float]]:
-    """The `seconds` and `processor_seconds` by stage of `checkpoint`, with the time since `begin` added to `stage`."""
-    updated = {}
-    for name, start, now in zip(("seconds", "processor_seconds"), begin, clock_times(), strict=True):
-        previous: dict[str, float] = checkpoint.get(name, {})
-        updated[name] = {**previous, stage: previous.get(stage, 0.0) + now - start}
-    return updated
 
 
 def add_time_budget_argument(parser: argparse.ArgumentParser) -> None:

@@ -1,21 +1,15 @@
 """`simulate`: recordings of a simulated bench, with sensor noise and scatter, and with effects that may be there."""
 
 import argparse
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
-from slipstick.bench import Bench
-from slipstick.clutch import effects
-from slipstick.clutch.model import Model
 from slipstick.errors import BadRecording, InvalidValue
+from slipstick.interface.simulate import simulate
 from slipstick.recordings import Recordings
-from slipstick.recordings.simulated import SIMULATED, simulated_recordings
-from slipstick.storage.files import replacing
+from slipstick.recordings.simulated import SIMULATED
 
 from .bench_option import add_simulated_arguments, command_line, open_simulated
-from .compiling import compile_simulator
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,41 +35,26 @@ def run(arguments: argparse.Namespace) -> int:
     """Simulate, write the recordings, and say how to study them."""
     _require_output(arguments.out)
     bench, model, conditions = open_simulated(arguments)
-    for text in arguments.effect:
-        model = _with_effect(model, bench, text)
-    if arguments.engagements is not None:
-        if arguments.engagements < 1:
-            raise InvalidValue(f"{arguments.engagements} engagements are too few", "Give --engagements 1 or more")
-        taken = np.linspace(0, len(conditions), arguments.engagements, endpoint=False).astype(int) \
-            if arguments.engagements <= len(conditions) else np.arange(arguments.engagements) % len(conditions)
-        conditions = replace(conditions, run_order=None).take(taken)
-    compile_simulator(model, conditions)
-    recordings = simulated_recordings(bench, model, conditions, arguments.scatter, arguments.noise, arguments.seed)
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(arguments.out) as temporary:
-        temporary.write_bytes(recordings.to_bytes())
+    recordings = simulate(bench, _effects(arguments.effect), model=model, conditions=conditions,
+                          engagements=arguments.engagements, scatter=arguments.scatter, noise=arguments.noise,
+                          seed=arguments.seed)
+    recordings.save(arguments.out)
     times = recordings.measured_time
     print(f"Wrote {arguments.out}: {len(times)} engagements with shifting times of {times.min():.3f} to "
           f"{times.max():.3f} s\nStudy them: {command_line('study', arguments.out, '--bench', arguments.bench)}")
     return 0
 
 
-def _with_effect(model: Model, bench: Bench, text: str) -> Model:
-    """The model with the effect NAME[=MULTIPLE]; raises `UnknownName` and `InvalidValue`."""
-    name, _, given = text.partition("=")
-    effect = effects.find(name).on(bench.scales)
-    try:
-        multiple = float(given or 1)
-    except ValueError as error:
-        raise InvalidValue(f"'{text}' is no effect", f"Write {name}, or {name}=MULTIPLE with a number") from error
-    values = {}
-    for one in effect.coefficients:
-        value = one.typical if one.shape else one.neutral + multiple * (one.typical - one.neutral)
-        if not one.lower <= value <= one.upper:
-            raise InvalidValue(f"{multiple:g} times its typical value, {one.name} of {name} is {value:g} {one.unit}",
-                               f"Take a multiple with which it is within {one.lower:g} and {one.upper:g} {one.unit}")
-        values[one.name] = value
-    return model.with_effect(name, values)
+def _effects(texts: Sequence[str]) -> dict[str, float]:
+    """Effect -> multiple of its typical amplitudes, from texts NAME[=MULTIPLE]; raises `InvalidValue`."""
+    multiples = {}
+    for text in texts:
+        name, _, multiple = text.partition("=")
+        try:
+            multiples[name] = float(multiple or 1)
+        except ValueError as error:
+            raise InvalidValue(f"'{text}' is no effect", f"Write {name}, or {name}=MULTIPLE with a number") from error
+    return multiples
 
 
 def _require_output(path: Path) -> None:

@@ -12,9 +12,10 @@ from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
 from slipstick.studies import StudySettings, conclude, examine, unconfirmed
 from slipstick.studies.progress import Log, StudyProgress
+from slipstick.time_budget import clock_times, stage_times
 
 from .computing import Report
-from .orders import Checkpoint, Order, clock_times, require_same, stage_times
+from .orders import Checkpoint, Order, require_same
 
 _REPORT_SECONDS = 0.5
 

@@ -10,10 +10,9 @@ from fastapi import APIRouter, Body, Depends, Query, Request, Response
 
 from slipstick.black_box import BlackBoxDescription
 from slipstick.errors import InvalidValue
+from slipstick.inference.fitting import complete_settings
 from slipstick.inference.problems import machine_problem, require_reach, simulated_problem, table_problem
 from slipstick.storage.library import Library
-from slipstick.uncertainty.fit import initial_state
-from slipstick.uncertainty.fit.search_space import search_space
 
 from ..bodies import JsonRoute
 from ..computations import computes
@@ -147,14 +146,7 @@ def _job(library: Library, body: FitRequest, most_values: int) -> tuple[JobInput
         problem = simulated_problem(table.model, library.recording(body.recordings), parameters, library.bench(bench))
     if body.simulate and body.outside != "clip":
         raise InvalidValue(f"`outside` is `{body.outside}`, but the simulator has no edges", "Omit `outside`")
-    settings = body.settings.checked()
-    if settings.output_std_bounds is None:
-        settings = replace(settings, output_std_bounds=problem.output_std_bounds)
-    initial_state(settings, problem)
-    unknowns = search_space(settings, problem).names
-    if len(recordings) < len(unknowns):
-        raise InvalidValue(f"{len(recordings)} engagements cannot determine {len(unknowns)} unknowns: "
-                           f"{', '.join(unknowns)}", "Use recordings with more engagements, or fit fewer inputs")
+    settings = complete_settings(body.settings.checked(), problem)
     cost = fit_cost(settings, problem, body.simulate)
     require_cost(cost, most_values)
     job_input: JobInput = orjson.loads(orjson.dumps({

@@ -14,6 +14,7 @@ from slipstick.bench.conditions import Conditions
 from slipstick.bench.physics import Physics
 from slipstick.bench.scales import Scales
 from slipstick.errors import InvalidValue
+from slipstick.storage.shipped import file_of
 
 
 @dataclass(frozen=True)
@@ -62,10 +63,13 @@ class Bench:
 
     @classmethod
     def open(cls, path: Path | str) -> "Bench":
-        """Read a bench file; raises `BadBench` with key and line, and `UnknownName` where there is no such file."""
+        """Read the bench file at `path`, or a shipped bench by its name, such as "heavy".
+
+        Raises `BadBench` with key and line, and `UnknownName` where there is no such file.
+        """
         from slipstick.bench.reader import read_file
 
-        return read_file(Path(path))
+        return read_file(file_of(path, ".toml"))
 
     @property
     def uncertain(self) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from slipstick.bench.document import Document, Section
 from slipstick.bench.experiments import read_experiments
 from slipstick.bench.physics import Physics
 from slipstick.errors import BadBench, InvalidValue, UnknownName
+from slipstick.storage.shipped import FOLDER
 
 SENSOR_UNITS = {"pressure": "bar", "input_speed": "rad/s", "output_speed": "rad/s", "output_torque": "N m",
                 "shifting_time": "s"}
@@ -23,8 +24,9 @@ _LARGEST = 4 << 20  # bytes of a bench file
 def read_file(path: Path) -> Bench:
     """Read the bench file at `path`; CSV files that it names are looked up beside it."""
     if not path.is_file():
-        raise UnknownName.of("bench file", path.name,
-                             [other.name for other in path.parent.glob("*.toml") if _is_bench(other)])
+        beside = {other.name for other in path.parent.glob("*.toml") if _is_bench(other)}
+        shipped = {other.stem for other in FOLDER.glob("*.toml") if other.name not in beside and _is_bench(other)}
+        raise UnknownName.of("bench file", path.name, beside | shipped)
     return read(path.read_bytes(), path.name, path.parent)
 
 

@@ -1,5 +1,6 @@
 """The result of a calibration."""
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from slipstick.bench import parameters
 from slipstick.clutch.model import Model
+from slipstick.errors import InvalidValue
 from slipstick.time_budget import Partial
 
 
@@ -71,3 +73,24 @@ class Calibration:
                 "signals": list(self.signals), "undetermined": list(self.undetermined),
                 "converged": self.converged, "rms_before_s": self.rms_before, "rms_after_s": self.rms_after,
                 "evaluations": self.evaluations, "partial": None if self.partial is None else asdict(self.partial)}
+
+    @classmethod
+    def from_spec(cls, spec: Mapping[str, Any]) -> "Calibration":
+        """The calibration of a `spec()`; raises `InvalidValue`."""
+        try:
+            fitted = spec["parameters"].values()
+            columns = {name: np.array([entry[name] for entry in fitted])
+                       for name in ("standard_error", "interval", "scatter", "scatter_error")}
+            partial = spec["partial"]
+            return cls(
+                model=Model.from_spec(spec["model"]), free=tuple(spec["parameters"]), **columns, level=spec["level"],
+                correlation=np.array(spec["correlation"]), chi_square=dict(spec["reduced_chi_square"]),
+                noise=dict(spec["noise"]), noise_correlation=dict(spec["noise_correlation"]),
+                rms_before=spec["rms_before_s"], rms_after=spec["rms_after_s"], at_bound=tuple(spec["at_bound"]),
+                signals=tuple(spec["signals"]), undetermined=tuple(spec["undetermined"]),
+                evaluations=spec["evaluations"], converged=spec["converged"], bench=spec["bench"],
+                bench_digest=spec["bench_digest"], sensing_digest=spec["sensing_digest"],
+                partial=None if partial is None else Partial(**partial))
+        except (KeyError, TypeError, AttributeError) as error:
+            raise InvalidValue(f"The calibration is incomplete ({type(error).__name__}: {error})",
+                               "Repeat the calibration: it is that of another version") from error

@@ -1,16 +1,15 @@
 """A picture of a result: a Vega-Lite specification that shows itself in a notebook and is saved as SVG, PNG or HTML."""
 
-import importlib.util
 import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from slipstick.errors import InvalidValue
-from slipstick.pictures.rendering import render
+from slipstick.interface.files import write
+from slipstick.pictures.rendering import has_renderer, render, require_renderer
 from slipstick.pictures.theme import Spec
 from slipstick.report.shell import document, figures
-from slipstick.storage.files import replacing
 
 _MEDIA_TYPE = "application/vnd.vegalite.v5+json"
 FORMS = (".svg", ".png", ".html", ".json")
@@ -38,11 +37,7 @@ class Picture:
         path = Path(path)
         if path.suffix not in FORMS:
             raise InvalidValue(f"'{path}' is not the name of a picture", f"End it in {', '.join(FORMS)}")
-        content = self._content(path.suffix)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(path) as temporary:
-            temporary.write_bytes(content)
-        return path
+        return write(path, self._content(path.suffix))
 
     def _content(self, suffix: str) -> bytes:
         if suffix == ".json":
@@ -65,15 +60,3 @@ class Picture:
 
     def __repr__(self) -> str:
         return f"<Picture '{self.title}': shown in a notebook; save it by .save('{self.name}.svg')>"
-
-
-def has_renderer() -> bool:
-    """Whether pictures can be drawn as SVG and PNG: the extra `reports` is installed."""
-    return importlib.util.find_spec("vl_convert") is not None
-
-
-def require_renderer() -> None:
-    """Raise `InvalidValue` where the renderer of pictures is not installed."""
-    if not has_renderer():
-        raise InvalidValue("Pictures and reports need vl-convert, which is not installed",
-                           "Install it with `pip install 'slipstick[reports]'`, or save the specification as .json")

@@ -8,10 +8,10 @@ from typing import Any, ClassVar, Self
 
 from slipstick import __version__
 from slipstick.errors import InvalidValue, UnknownName
-from slipstick.interface.picture import Picture, has_renderer
-from slipstick.pictures.rendering import inline
+from slipstick.interface.files import require_suffix, write
+from slipstick.interface.picture import Picture
+from slipstick.pictures.rendering import has_renderer, inline
 from slipstick.pictures.theme import Spec
-from slipstick.storage.files import replacing
 
 
 class Result(ABC):
@@ -57,14 +57,9 @@ class Result(ABC):
 
         Raises `InvalidValue` unless `path` ends in `.json`.
         """
-        path = Path(path)
-        if path.suffix != ".json":
-            raise InvalidValue(f"'{path}' is not the name of a result", "End it in .json")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(path) as temporary:
-            temporary.write_text(json.dumps({"kind": self.kind, "version": __version__, **self.to_dict()},
-                                            indent=1) + "\n")
-        return path
+        require_suffix(path, ".json")
+        content = {"kind": self.kind, "version": __version__, **self.to_dict()}
+        return write(path, (json.dumps(content, indent=1) + "\n").encode())
 
     def __repr__(self) -> str:
         return "\n".join(self.summary())

@@ -15,15 +15,27 @@ CAPTION = ("One row for each condition. Left: predicted density, with the output
            "one.")
 
 MOST = 24
-"""Conditions in a picture."""
+"""Largest number of conditions in a picture."""
 _WIDTH, _SOBOL, _HEIGHT = 420, 150, 84
 _FIRST, _TOTAL = "alone (first order)", "with interactions (total)"
 _DOMINANT = 0.5
 """First-order index from which on an input causes most of a variance."""
 
 
+def caption(answer: Mapping[str, Any]) -> str:
+    """The caption of the picture of an answer, which says if it shows only the first conditions."""
+    count = sum(row["mean"] is not None for row in answer["conditions"])
+    return CAPTION if count <= MOST else f"{CAPTION} The first {MOST} of {count} conditions are shown."
+
+
+def headline(answer: Mapping[str, Any]) -> str:
+    """The result of all conditions in a sentence without its full stop: the title of the picture."""
+    rows = [row for row in answer["conditions"] if row["mean"] is not None]
+    return _title(rows, [axis["name"] for axis in answer["axes"]], Output.of(answer))
+
+
 def draw(answer: Mapping[str, Any], probabilities: Sequence[float], conditions: Columns) -> Spec:
-    """Return the picture of an answer to a propagation.
+    """Return the picture of an answer to a propagation, of its first `MOST` conditions that have a distribution.
 
     `answer` has the `axes` (name), and for each of its `conditions` their index, `mean` and `std` in s, `quantiles` in
     s at the `probabilities`, and, or null, `first_order` and `total` for each axis and `density` over `density_time`.
@@ -31,17 +43,17 @@ def draw(answer: Mapping[str, Any], probabilities: Sequence[float], conditions: 
     `output`.
     """
     axes = [axis["name"] for axis in answer["axes"]]
-    rows = [(place, one) for place, one in enumerate(answer["conditions"]) if one["mean"] is not None]
+    rows = [(place, row) for place, row in enumerate(answer["conditions"]) if row["mean"] is not None]
     omitted = len(answer["conditions"]) - len(rows)
-    titles = [f"{one['condition']}: {described(conditions, place)}" for place, one in rows]
-    shown = Output.of(answer)
-    views = [_row(one, probabilities, axes, title, shown, one is rows[-1][1])
-             for (_, one), title in zip(rows, titles, strict=True)]
+    drawn, shown = rows[:MOST], Output.of(answer)
+    titles = [f"{row['condition']}: {described(conditions, place)}" for place, row in drawn]
+    views = [_row(row, probabilities, axes, title, shown, row is drawn[-1][1])
+             for (_, row), title in zip(drawn, titles, strict=True)]
     levels = ", ".join(f"{100 * probability:g} %" for probability in probabilities)
     return theme.picture(
-        _title([one for _, one in rows], axes, shown),
+        headline(answer),
         (f"Lines: quantiles at {levels}. " if levels else "")
-        + ("" if any(one["total"] for _, one in rows) else "Without Sobol indices, because the inputs are dependent. ")
+        + ("" if any(row["total"] for _, row in rows) else "Without Sobol indices, because the inputs are dependent. ")
         + (f"Not drawn: {omitted} without an expansion: there are nodes that {shown.missing}." if omitted else ""),
         {"spacing": 18, "vconcat": views})
 
@@ -50,15 +62,15 @@ def _title(rows: Sequence[Mapping[str, Any]], axes: Sequence[str], shown: Output
     if not rows:
         return "No condition has a distribution"
     if len(rows) == 1:
-        one = rows[0]
-        mean, std = (f"{units.fixed(shown.factor * one[name], digits)} {shown.small}"
+        row = rows[0]
+        mean, std = (f"{units.fixed(shown.factor * row[name], digits)} {shown.small}"
                      for name, digits in (("mean", 4), ("std", 3)))
         does = "locks at" if shown.name == "shifting_time" else f"has a {shown.words} of"
-        return f"Condition {one['condition']} {does} {mean}, with a std of {std}"
-    stds = [shown.factor * one["std"] for one in rows]
+        return f"Condition {row['condition']} {does} {mean}, with a std of {std}"
+    stds = [shown.factor * row["std"] for row in rows]
     least, most = units.fixed(min(stds)), units.fixed(max(stds))
     text = f"Standard deviations of {least} to {most} {shown.small} in {len(rows)} conditions"
-    shares = [one["first_order"] for one in rows if one["first_order"]]
+    shares = [row["first_order"] for row in rows if row["first_order"]]
     counts = [sum(share[axis] >= _DOMINANT for share in shares) for axis in range(len(axes))]
     best = max(range(len(axes)), key=lambda axis: counts[axis])
     if not counts[best]:
@@ -66,31 +78,31 @@ def _title(rows: Sequence[Mapping[str, Any]], axes: Sequence[str], shown: Output
     return f"{text}; the {theme.in_words(axes[best])} causes most of the variance in {counts[best]} of them"
 
 
-def _row(one: Mapping[str, Any], probabilities: Sequence[float], axes: Sequence[str], title: str, shown: Output,
+def _row(row: Mapping[str, Any], probabilities: Sequence[float], axes: Sequence[str], title: str, shown: Output,
          last: bool) -> Spec:
-    views = [_density(one, probabilities, shown, last)]
-    if one["total"] is not None:
-        views.append(_shares(one, axes, last))
+    views = [_density(row, probabilities, shown, last)]
+    if row["total"] is not None:
+        views.append(_shares(row, axes, last))
     return {"title": {"text": title, "fontSize": 12, "fontWeight": "normal", "offset": 6, "anchor": "start"},
             "spacing": 40, "hconcat": views}
 
 
-def _density(one: Mapping[str, Any], probabilities: Sequence[float], shown: Output, last: bool) -> Spec:
+def _density(row: Mapping[str, Any], probabilities: Sequence[float], shown: Output, last: bool) -> Spec:
     x: Spec = {"field": "t", "type": "quantitative", "scale": {"zero": False, "nice": False, "padding": 6},
                "title": f"{shown.words} [{shown.small}]" if last else None, "axis": {"grid": False, "tickCount": 8}}
     y: Spec = {"type": "quantitative", "axis": None}
-    mean, std = shown.factor * one["mean"], shown.factor * one["std"]
+    mean, std = shown.factor * row["mean"], shown.factor * row["std"]
     center = {"t": theme.rounded(mean, 6), "low": theme.rounded(mean - std, 6), "high": theme.rounded(mean + std, 6),
               "std": theme.rounded(std, 4)}
     layers: list[Spec] = []
-    if one["density"]:
+    if row["density"]:
         rows = [{"t": theme.rounded(shown.factor * t, 6), "p": theme.rounded(p)} for t, p in
-                zip(one["density_time"], one["density"], strict=True) if t is not None]
+                zip(row["density_time"], row["density"], strict=True) if t is not None]
         layers.append({"data": {"values": rows}, "encoding": {"x": x, "y": {**y, "field": "p"}},
                        "mark": {"type": "area", "color": theme.AFTER, "opacity": 0.3, "line": {
                            "color": theme.AFTER, "strokeWidth": 1.4}}})
     lines = [{"t": theme.rounded(shown.factor * value, 6), "level": f"{100 * level:g} %"}
-             for level, value in zip(probabilities, one["quantiles"], strict=True) if value is not None]
+             for level, value in zip(probabilities, row["quantiles"], strict=True) if value is not None]
     return {"width": _WIDTH, "height": _HEIGHT, "layer": [
         *layers,
         {"data": {"values": lines}, "mark": {"type": "rule", "color": theme.MEASURED, "strokeDash": [4, 3]},
@@ -104,9 +116,9 @@ def _density(one: Mapping[str, Any], probabilities: Sequence[float], shown: Outp
              {"field": "std", "type": "quantitative", "title": f"std [{shown.small}]"}]}}]}
 
 
-def _shares(one: Mapping[str, Any], axes: Sequence[str], last: bool) -> Spec:
-    rows = [{"input": theme.in_words(axis), "first": theme.rounded(one["first_order"][place]),
-             "total": theme.rounded(one["total"][place]), "kind": kind}
+def _shares(row: Mapping[str, Any], axes: Sequence[str], last: bool) -> Spec:
+    rows = [{"input": theme.in_words(axis), "first": theme.rounded(row["first_order"][place]),
+             "total": theme.rounded(row["total"][place]), "kind": kind}
             for kind in (_FIRST, _TOTAL) for place, axis in enumerate(axes)]
     x: Spec = {"type": "quantitative", "scale": {"domain": [0, 1]}, "title": "share of the variance" if last else None,
                "axis": {"tickCount": 4}}

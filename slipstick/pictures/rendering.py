@@ -4,6 +4,7 @@ The first picture of a process takes most of a second, in which the library star
 one 0.05 to 0.3 s. No other thread of the process runs meanwhile: a service renders in another process.
 """
 
+import importlib.util
 import json
 import os
 from collections.abc import Mapping
@@ -12,6 +13,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Literal
 
+from slipstick.errors import InvalidValue
 from slipstick.pictures import accessible
 from slipstick.pictures.theme import Spec
 
@@ -71,3 +73,15 @@ def _library() -> ModuleType:
         else:
             os.environ["FONTCONFIG_FILE"] = before
     return vl_convert
+
+
+def has_renderer() -> bool:
+    """Whether pictures can be drawn as SVG and PNG: the extra `reports` is installed."""
+    return importlib.util.find_spec("vl_convert") is not None
+
+
+def require_renderer() -> None:
+    """Raise `InvalidValue` where the renderer of pictures is not installed."""
+    if not has_renderer():
+        raise InvalidValue("Pictures and reports need vl-convert, which is not installed",
+                           "Install it with `pip install 'slipstick[reports]'`, or save the specification as .json")

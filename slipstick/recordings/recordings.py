@@ -10,11 +10,13 @@ from typing import Literal
 import numpy as np
 
 from slipstick.bench.conditions import Conditions
-from slipstick.errors import BadRecording, UnknownName
+from slipstick.errors import BadRecording, InvalidValue, UnknownName
 from slipstick.recordings import csv_form, hdf5_form
 from slipstick.recordings.csv_form import Profiles
 from slipstick.recordings.signals import FurtherChannel, Signals
+from slipstick.storage.files import replacing
 from slipstick.storage.isolated import require_readable
+from slipstick.storage.shipped import FOLDER, file_of
 
 Form = Literal["h5", "csv"]
 _HDF5_READER = "slipstick.recordings.hdf5_form:read"
@@ -75,11 +77,14 @@ class Recordings:
     @classmethod
     def open(cls, path: Path | str, signals: Path | str | None = None,
              profiles: Profiles | None = None) -> "Recordings":
-        """Read the `.h5` or `.csv` file at `path`; a CSV needs the current `profiles`, and may have a `signals` file.
+        """Read the `.h5` or `.csv` file at `path`, or the shipped recordings of this name, such as "sample".
 
-        Raises `BadRecording`, and `UnknownName` if a file does not exist.
+        A CSV needs the current `profiles`, and may have a `signals` file. Raises `BadRecording`, and `UnknownName` if
+        a file does not exist.
         """
-        path = Path(path)
+        path = file_of(path, ".h5")
+        if not path.suffix and not path.exists() and path.parent == Path():
+            raise UnknownName.of("recordings file", path.name, [shipped.stem for shipped in FOLDER.glob("*.h5")])
         if path.suffix not in (".h5", ".csv"):
             raise BadRecording(f"'{path.name}' is neither an .h5 nor a .csv file",
                                "Give the file the extension of its format")
@@ -107,6 +112,19 @@ class Recordings:
             raise BadRecording("A separate signals file was given with an HDF5 file",
                                "Store the signals in the HDF5 file")
         return cls(*hdf5_form.read(content, name))
+
+    def save(self, path: Path | str) -> Path:
+        """Write the recordings as HDF5 to `path`, which `open` reads, and return the path.
+
+        Raises `InvalidValue` unless it ends in `.h5`.
+        """
+        path = Path(path)
+        if path.suffix != ".h5" or path.is_dir():
+            raise InvalidValue(f"'{path}' is not the name of a .h5 file", "Give a path that ends in .h5")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(path) as temporary:
+            temporary.write_bytes(self.to_bytes())
+        return path
 
     def to_bytes(self) -> bytes:
         """The recordings as the bytes of an HDF5 file, which `read` reads."""

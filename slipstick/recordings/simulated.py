@@ -15,7 +15,7 @@ from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings, Signals
 from slipstick.recordings.signals import SIGNAL_UNITS
 
-SIMULATED = "Written by `python -m worker simulate`"
+SIMULATED = "Simulated recordings"
 """How the description of such recordings begins: no others are replaced."""
 _AFTER = 0.2
 """Time in s for which signals go on after the latest lock-up, as far as the current profiles do."""
@@ -28,10 +28,12 @@ def simulated_recordings(bench: Bench, model: Model, conditions: Conditions, sca
     The parameters have the scatter that the bench states, as a share of their nominal values, and uncertain ones
     without one that of `scatter`. Signals have normal noise, so many times that of the bench's sensors, and their
     resolution. Raises `InvalidValue` for a bench without the noise of a sensor, for engagements that do not lock, and
-    for a negative `scatter` or `noise`.
+    for a negative `scatter`, `noise` or `seed`.
     """
-    if scatter < 0 or noise < 0:
+    if not (0 <= scatter < np.inf and 0 <= noise < np.inf):
         raise InvalidValue(f"The scatter is {scatter:g} and the noise {noise:g}", "Give numbers of 0 or more")
+    if seed < 0:
+        raise InvalidValue(f"The seed is {seed}", "Give a whole number of 0 or more")
     unknown = [name for name in SIGNAL_UNITS if bench.sensors[name].noise is None]
     if unknown:
         raise InvalidValue(f"The bench {bench.name} states no noise of {', '.join(unknown)}",

@@ -1,6 +1,6 @@
 """Benches and recordings that are shipped with the package.
 
-They are the files of the folder `tables/` of the repository, which an installed wheel has as `slipstick/shipped`.
+They are files of the folder `tables/` of the repository, which an installed wheel has as `slipstick/shipped`.
 """
 
 from pathlib import Path
@@ -16,7 +16,7 @@ def file_of(name: Path | str, suffix: str) -> Path:
     Where there is neither, `name` is returned as a path, whose reader says that it does not exist.
     """
     path = Path(name)
-    if path.exists() or path.parent != Path():
+    if path.is_file() or path.parent != Path():
         return path
     shipped = FOLDER / f"{path.name.removesuffix(suffix)}{suffix}"
     return shipped if shipped.is_file() else path

@@ -65,12 +65,16 @@ class Table(ABC):
                               "Restore the file from a backup or build the table again")
         return table
 
-    def write(self, path: Path | str) -> None:
-        """Write the table to `path`: it is written under a temporary name, verified, synced and renamed."""
-        with replacing(Path(path)) as temporary:
+    def save(self, path: Path | str) -> Path:
+        """Write the table to `path` and return it: it is written under a temporary name, verified, synced and renamed.
+        """
+        path = Path(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(path) as temporary:
             self.write_to(temporary)
             if type(self).open(temporary).digest != self.digest:
                 raise CorruptTable(f"'{path}' was not read back as it was written", "Check the disk")
+        return path
 
     def write_to(self, target: Path | BinaryIO) -> None:
         """Write the table to a file that does not exist, or to an open empty one."""

@@ -1,6 +1,6 @@
 """Tables from elsewhere: verified, and written anew, so that no byte of an untrusted file is stored.
 
-Two forms are read: a table as `Table.write` writes it, which has to match its digests, and a plain table, which any
+Two forms are read: a table as `Table.save` writes it, which has to match its digests, and a plain table, which any
 HDF5 library writes (docs/your_table.md) and which gets its digests here. Without digests, only checksums can tell that
 the file is damaged, so all numbers must have them, and no text may be in a heap, which has none.
 """
@@ -50,7 +50,7 @@ def verified(content: bytes) -> tuple[str, bytes]:
 
 
 def rewritten(content: bytes) -> bytes:
-    """In the child process: a line with the digest, and the table as `Table.write` writes it."""
+    """In the child process: a line with the digest, and the table as `Table.save` writes it."""
     table, file = read(content), io.BytesIO()
     table.write_to(file)
     return table.digest.encode() + b"\n" + file.getvalue()

@@ -110,7 +110,7 @@ def studies(serving_jobs, tmp_path_factory: pytest.TempPathFactory) -> Iterator[
     folder = tmp_path_factory.mktemp("tables")
     tables = {"before": table(BEFORE), "after": table(AFTER)}
     for name, grid in tables.items():
-        grid.write(folder / f"{name}.h5")
+        grid.save(folder / f"{name}.h5")
     before, after = (OF_STUDY | {"table": name, "table_digest": grid.digest} for name, grid in tables.items())
     extended, unchanged = (
         {"result": {"before": {"model": BEFORE.spec()}, "after": {"model": model.spec()}, "gap": gap}}

@@ -35,7 +35,7 @@ def test_a_rebuilt_table_replaces_the_old_one(client: httpx.Client, settings: Se
     for shift in (0.0, 0.1):
         times = np.linspace(0.5, 0.7, 3)[:, None] + shift
         rebuilt = Grid(axes, times, np.zeros((3, 1), np.uint8), conditions, table.model)
-        rebuilt.write(settings.tables / "changing.h5")
+        rebuilt.save(settings.tables / "changing.h5")
         response = client.post("/v1/evaluate", json={"table": "changing", "points": [[1.0]]}).json()
         assert response["table_digest"] == rebuilt.digest
         assert response["shifting_time"][0][0] == pytest.approx(0.6 + shift)

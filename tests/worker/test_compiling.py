@@ -1,62 +1,74 @@
-"""The simulator is compiled before a clock starts, beside a worker for jobs; and what is said of the progress."""
+"""The simulator is compiled before a clock starts, beside a worker for jobs."""
 
-import argparse
-import io
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from slipstick.building.compiling import MESSAGE
+from slipstick.interface import build
 from slipstick.storage.library import Library
-from worker import build, compiling, fit_steps
-from worker.progress import Progress
+from tests.benches import HEAVY
+from worker import fit_steps
 from worker.simulators import Simulators
 
 ROOT = Path(__file__).parents[2]
 
 
-def test_a_compilation_is_said_and_loading_is_not(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
-                                                  six_conditions) -> None:
-    said: list[bool] = []
-    monkeypatch.setattr(compiling, "_SILENT_SECONDS", 0.0)
-    monkeypatch.setattr(compiling, "signals", lambda *_, **__: said.append(wait_for("Compiling", capsys)))
-    compiling.compile_simulator(None, six_conditions)
-    assert said == [True]
-    monkeypatch.setattr(compiling, "_SILENT_SECONDS", 1e6)
-    monkeypatch.setattr(compiling, "signals", lambda *_, **__: None)
-    compiling.compile_simulator(None, six_conditions)
-    assert capsys.readouterr().err == ""
+CACHED = """
+from numba import njit
+from slipstick.building import say_compilation
+
+@njit(cache=True)
+def double(x):
+    return 2 * x
+
+@njit
+def triple(x):
+    return 3 * x
+
+with say_compilation("compiles"):
+    triple(1)
+print("silent", flush=True)
+with say_compilation("compiles"):
+    double(1)
+    double(1.5)
+"""
 
 
-def wait_for(text: str, capsys: pytest.CaptureFixture[str]) -> bool:
-    while text not in capsys.readouterr().err:
-        pass
-    return True
+def test_a_compilation_is_said_once_and_loading_from_the_cache_is_not(tmp_path: Path) -> None:
+    (tmp_path / "cached.py").write_text(CACHED)
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(ROOT)}
+    said = [subprocess.run([sys.executable, "cached.py"], cwd=tmp_path, env=environment, check=True, text=True,
+                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT).stdout for _ in range(2)]
+    assert said == ["silent\ncompiles\n", "silent\n"]
 
 
-def test_a_build_compiles_before_its_progress_starts(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    class Started(Exception):
-        pass
+@pytest.mark.slow
+def test_the_first_use_of_the_simulator_says_at_once_that_it_compiles(tmp_path: Path) -> None:
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    command = [sys.executable, "-m", "worker.compiling", "tables/heavy.toml"]
+    with subprocess.Popen(command, cwd=ROOT, env=environment, stderr=subprocess.PIPE, text=True) as first:
+        begin = time.monotonic()
+        assert first.stderr is not None
+        assert first.stderr.readline() == f"{MESSAGE}\n"
+        until_said = time.monotonic() - begin
+        assert first.wait() == 0
+        assert until_said < (time.monotonic() - begin) / 2
+    again = subprocess.run(command, cwd=ROOT, env=environment, check=True, capture_output=True, text=True)
+    assert again.stderr == ""
 
-    def started(*_: object) -> None:
-        raise Started
 
+def test_a_build_compiles_before_its_progress_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     order: list[str] = []
     monkeypatch.setattr(build, "compile_simulator", lambda *_: order.append("compiled"))
-    monkeypatch.setattr(build, "Progress", started)
-    with pytest.raises(Started):
-        run(build, "--bench", str(ROOT / "tables" / "heavy.toml"), "--out", str(tmp_path / "table.h5"))
-    assert order == ["compiled"]
-
-
-def run(command: Any, *arguments: str) -> None:
-    parser = argparse.ArgumentParser()
-    command.add_arguments(parser)
-    command.run(parser.parse_args(arguments))
+    build.build(HEAVY, {"pressure_bias": (0.9, 1.1, 2)}, progress=lambda text, share: order.append(text))
+    assert order[:2] == ["compiled", "0 of 432 engagements"]
 
 
 def test_a_fit_by_simulation_simulates_once_before_its_search(shelf: Path) -> None:
@@ -117,29 +129,3 @@ def test_a_study_compiles_nothing_afterwards(tmp_path: Path) -> None:
     hits, *missed = found.stdout.split()
     assert int(hits) > 10
     assert missed == []
-
-
-class Terminal(io.StringIO):
-    def isatty(self):
-        return True
-
-
-def test_a_log_has_few_lines_and_ends_with_the_rate():
-    log = io.StringIO()
-    progress = Progress(1000, "engagements", log)
-    for done in range(200, 1001):
-        progress(done, 200)
-    first, last = log.getvalue().splitlines()
-    assert first == "200 of 1,000 engagements, 200 from an earlier run"
-    assert last.startswith("1,000 of 1,000 engagements, 200 from an earlier run, ")
-    assert " per second, " in last
-
-
-def test_a_terminal_shows_one_updated_line():
-    terminal = Terminal()
-    progress = Progress(10, "engagements", terminal)
-    for done in (0, 5, 10):
-        progress(done, 0)
-    assert terminal.getvalue().count("\n") == 1
-    assert terminal.getvalue().endswith("\n")
-    assert "\r10 of 10" in terminal.getvalue()

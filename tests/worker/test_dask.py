@@ -19,15 +19,16 @@ from test_serve_jobs import SETTINGS, Bench, ended, in_stage
 from evidence.runner import answer_cases
 from slipstick.black_box import BlackBox
 from slipstick.black_box.simulation import FAILED
+from slipstick.building import Plan, axes_of, build_grid
 from slipstick.clutch.ensemble import DEFAULT, Simulator
 from slipstick.errors import InvalidValue
 from slipstick.table import Grid, Table
 from tests.benches import HEAVY, NOMINAL
-from worker import building, cluster
+from worker import cluster
 from worker.__main__ import main
-from worker.build import read_axis
+from worker.build import read_axes
 from worker.cluster import Cluster
-from worker.plan import Plan
+from worker.executors import explained
 from worker.simulators import Simulators
 
 ROOT = Path(__file__).parents[2]
@@ -97,13 +98,15 @@ def dask(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Dask]:
 
 @pytest.fixture
 def plan(monkeypatch: pytest.MonkeyPatch) -> Plan:
-    monkeypatch.setattr("worker.plan.CHUNK", 216)  # a point
-    return Plan(NOMINAL, HEAVY.conditions, tuple(read_axis(text, NOMINAL) for text in AXES), DEFAULT)
+    monkeypatch.setattr("slipstick.building.plan.CHUNK", 216)  # a point
+    spans = read_axes(AXES, "NAME=LOW:HIGH:COUNT")
+    assert spans is not None
+    return Plan(NOMINAL, HEAVY.conditions, axes_of(NOMINAL, spans), DEFAULT)
 
 
 def built(plan: Plan, out: Path, executor: Executor, report: Callable[[int, int], None] = lambda *_: None) -> Grid:
-    with executor:
-        return building.build(plan, out, executor, report)
+    with executor, explained():
+        return build_grid(plan, out, executor, report)
 
 
 def wait_for_workers(executor: Cluster, count: int) -> None:

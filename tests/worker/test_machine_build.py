@@ -21,9 +21,10 @@ from slipstick.black_box import BlackBox, Workers
 from slipstick.black_box.bridge import Bridge
 from slipstick.black_box.cases import Cases, Quantity
 from slipstick.black_box.function import NoResult
+from slipstick.building import black_box_runs, chunks
 from slipstick.errors import InvalidValue
 from slipstick.table import Table
-from worker import building, machine_plan, simulators
+from worker import simulators
 from worker.__main__ import main
 from worker.computing import Computer, Report
 from worker.simulators import Simulators
@@ -132,7 +133,7 @@ def test_a_simulator_that_fails_at_the_nominal_values_is_not_started(trouble: Pa
 
 def test_an_interrupted_build_resumes(trouble: Path, monkeypatch: pytest.MonkeyPatch,
                                       capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(machine_plan, "CHUNK", 3)  # one point
+    monkeypatch.setattr(black_box_runs, "CHUNK", 3)  # one point
     written = []
 
     def stopping(path: Path, *arrays: np.ndarray) -> None:
@@ -141,9 +142,9 @@ def test_an_interrupted_build_resumes(trouble: Path, monkeypatch: pytest.MonkeyP
         written.append(path)
         kept(path, *arrays)
 
-    kept = building._write_chunk
+    kept = chunks._write_chunk
     with monkeypatch.context() as patch:
-        patch.setattr(building, "_write_chunk", stopping)
+        patch.setattr(chunks, "_write_chunk", stopping)
         assert build(trouble, "--axis", "a=0.7:1.3:6") == 130
     capsys.readouterr()
     assert build(trouble, "--axis", "a=0.7:1.3:6") == 0

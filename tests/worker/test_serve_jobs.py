@@ -283,11 +283,11 @@ def test_a_worker_that_could_run_no_job_does_not_start(
 
 def test_a_fit_of_a_table_that_changed_meanwhile_fails_and_says_why(bench: Bench) -> None:
     table = Library(bench.tables).table("nominal")
-    table.write(bench.tables / "changing.h5")
+    table.save(bench.tables / "changing.h5")
     bench.submit("ahead", **ENDLESS)
     bench.post("/v1/fits", "stale", {"table": "changing", "settings": SETTINGS})
     type(table)(table.axes, table.times + (table.times > 0) * 1e-3, table.status, table.conditions, table.model
-                ).write(bench.tables / "changing.h5")
+                ).save(bench.tables / "changing.h5")
     bench.client.post("/v1/fits/ahead/cancel")
     found = bench.follow("stale", ended)
     assert found["status"] == "failed"

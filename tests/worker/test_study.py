@@ -11,6 +11,7 @@ from scipy.io import loadmat
 
 from slipstick.clutch.effects import CATALOGUE
 from slipstick.clutch.model import Model
+from slipstick.interface import study
 from slipstick.recordings import Recordings
 from slipstick.studies import StudyResult, StudySettings
 from slipstick.studies.figures import Figures
@@ -18,7 +19,6 @@ from slipstick.studies.record import result_from_dict
 from slipstick.studies.result import BlockResult, SimulationResult
 from slipstick.table import Table
 from tests.benches import HEAVY, NOMINAL
-from worker import study
 from worker.__main__ import main
 from worker.study_text import study_text
 

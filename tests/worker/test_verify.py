@@ -7,20 +7,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from slipstick.building import Plan, axes_of, build_grid
 from slipstick.clutch.ensemble import DEFAULT, TIGHT, shifting_times
+from slipstick.interface.build import PAPER_AXES
 from tests.benches import HEAVY, NOMINAL, TABLES
 from worker.__main__ import main
 from worker.bench_option import bench_file
-from worker.build import PAPER_AXES, read_axis
-from worker.building import build
-from worker.plan import Plan
+from worker.build import read_axes
 
 
 def build_table(axes, conditions, out, part=slice(None)):
-    axes = (read_axis(text, NOMINAL) for text in axes)
+    spans = axes if axes is PAPER_AXES else read_axes(axes, "NAME=LOW:HIGH:COUNT")
+    axes = axes_of(NOMINAL, spans)
     plan = Plan(NOMINAL, conditions, tuple(replace(axis, values=axis.values[part]) for axis in axes), DEFAULT)
     with ThreadPoolExecutor(2) as pool:
-        return build(plan, out, pool, lambda done, resumed: None)
+        return build_grid(plan, out, pool, lambda done, resumed: None)
 
 
 def number(pattern, output):

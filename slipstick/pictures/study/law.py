@@ -35,12 +35,17 @@ def draw(result: StudyResult, _: Figures, settings: StudySettings) -> Spec | Non
     if not found:
         return None
     if len(found) == 1:
-        return theme.picture(headline(*found[0]), remarks(found[0][1], settings.level), _panel(*found[0], _HEIGHT))
+        return draw_law(*found[0], settings.level)
     panels = [{"title": {"text": headline(*one), "fontSize": 13, "offset": 8,
                          "subtitle": textwrap.wrap(remarks(one[1], settings.level), _COLUMNS)},
                **_panel(*one, _SEVERAL)} for one in found]
     return theme.picture(f"The recordings show {len(found)} laws", "One panel for each finding.",
                          {"spacing": 30, "vconcat": panels})
+
+
+def draw_law(finding: FindingResult, law: Law, level: float) -> Spec:
+    """Return the law of one finding, with its band of confidence `level`."""
+    return theme.picture(headline(finding, law), remarks(law, level), _panel(finding, law, _HEIGHT))
 
 
 def headline(finding: FindingResult, law: Law) -> str:

@@ -121,7 +121,7 @@ def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text(TEXT)
     (tmp_path / "mind_map.toml").write_text("[signals.pressure]\nchannel = 'p'\n")  # no bench
     (tmp_path / "minded.toml").write_text("no TOML")
-    with pytest.raises(UnknownName, match=r"Did you mean 'mine\.toml'\? Known: mine\.toml\.$"):
+    with pytest.raises(UnknownName, match=r"Did you mean 'mine\.toml'\? Known: compact, heavy, mine\.toml\.$"):
         Bench.open(tmp_path / "mind.toml")
 
 

@@ -17,8 +17,8 @@ from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings, Signals
 from slipstick.recordings.signals import SIGNAL_UNITS
+from slipstick.report.calibration import calibration_text
 from tests.benches import COMPACT, HEAVY, NOMINAL
-from worker.calibrate import report
 
 MEAN = np.array([1.04, 0.96, 1.03, 0.95, 1.03, 1.04, 0.95])
 SCATTER = np.array([0.01, 0.02, 0.006, 0.03, 0.02, 0.05, 0.01])
@@ -102,9 +102,9 @@ def test_a_calibration_whose_time_budget_ends_is_partial() -> None:
     assert iterations == [1]
     assert partial.spec()["partial"] == {"budget": 0.0, "done": ["iterations: 1"], "missing": ["convergence"]}
     assert not partial.converged
-    assert report(partial).startswith("Partial result: the time budget of 0 s ended before the job.")
+    assert calibration_text(partial).startswith("Partial result: the time budget of 0 s ended before the job.")
     assert whole.spec()["partial"] is None
-    assert "Partial" not in report(whole)
+    assert "Partial" not in calibration_text(whole)
 
 
 def test_the_result_says_of_which_bench_it_is() -> None:
@@ -144,8 +144,8 @@ def test_what_the_other_signals_determine_is_recovered_and_the_rest_is_listed(
     some = replace(every, signals=replace(every.signals, **dict.fromkeys(missing)))
     found = calibrate(some, HEAVY)
     assert found.converged
-    assert f"Not measured: {', '.join(missing)}" in report(found)
-    assert ("Not determined by these recordings" in report(found)) == bool(undetermined)
+    assert f"Not measured: {', '.join(missing)}" in calibration_text(found)
+    assert ("Not determined by these recordings" in calibration_text(found)) == bool(undetermined)
     # Without pressure the other signals tell about as little of the pressure bias as its bounds.
     assert set(found.undetermined) - ({"pressure_bias"} if "pressure" in missing else set()) == undetermined
     assert set(found.signals) == set(SIGNAL_UNITS) - set(missing) == found.noise_correlation.keys()
@@ -162,7 +162,7 @@ def test_nothing_is_listed_where_all_signals_are_recorded() -> None:
     found = calibrated(COMPACT, 3)
     assert found.undetermined == ()
     assert found.signals == tuple(SIGNAL_UNITS)
-    assert "Not " not in report(found)
+    assert "Not " not in calibration_text(found)
 
 
 def test_recordings_that_cannot_be_calibrated_are_refused() -> None:

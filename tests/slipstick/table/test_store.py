@@ -17,7 +17,7 @@ from tests.benches import NOMINAL
 
 @pytest.fixture
 def path(table, tmp_path):
-    table.write(tmp_path / "table.h5")
+    table.save(tmp_path / "table.h5")
     return tmp_path / "table.h5"
 
 
@@ -192,7 +192,7 @@ def test_a_failed_write_leaves_the_old_table(table, path, monkeypatch):
     assert other.digest == "0" * 64  # cached; the table read back computes the true digest
     monkeypatch.undo()
     with pytest.raises(WrongDigest):
-        other.write(path)
+        other.save(path)
     assert path.read_bytes() == before
     assert [entry.name for entry in path.parent.iterdir()] == ["table.h5"]
 
@@ -205,14 +205,14 @@ first, second = (Table.open(name) for name in sys.argv[1:3])
 print("ready", flush=True)
 while True:
     for table in (first, second):
-        table.write(sys.argv[3])
+        table.save(sys.argv[3])
 """
 
 
 def test_a_killed_writer_leaves_no_partial_table(table, tmp_path):
     other = Grid(table.axes, table.times + 1, table.status, table.conditions, table.model)
-    table.write(tmp_path / "first.h5")
-    other.write(tmp_path / "second.h5")
+    table.save(tmp_path / "first.h5")
+    other.save(tmp_path / "second.h5")
     out, generator, digests = tmp_path / "out.h5", np.random.default_rng(3), set()
     for _ in range(3):
         arguments = [sys.executable, "-c", WRITER, tmp_path / "first.h5", tmp_path / "second.h5", out]

@@ -33,7 +33,7 @@ def surrogate():
 
 @pytest.fixture
 def path(surrogate, tmp_path):
-    surrogate.write(tmp_path / "surrogate.h5")
+    surrogate.save(tmp_path / "surrogate.h5")
     return tmp_path / "surrogate.h5"
 
 

@@ -67,7 +67,7 @@ def test_the_run_order_matters_only_if_an_effect_depends_on_it(table, tmp_path):
     assert drift.digest != replace(drift, conditions=other).digest
     points = np.ones((1, 2))
     for name, written in (("constant", constant), ("drift", drift)):
-        written.write(tmp_path / name)
+        written.save(tmp_path / name)
         read = Grid.open(tmp_path / name)
         assert read.digest == written.digest
         assert np.array_equal(read(points, ordered.take([1, 2])), written.interpolate(points)[:, 1:], equal_nan=True)

@@ -263,5 +263,5 @@ def test_equal_descriptions_are_equal_models(plain: bytes, tmp_path) -> None:
     assert upload.read(origin).model == table.model
     other = upload.read(changed(plain, lambda file: file.attrs.__setitem__("title", np.bytes_(b"x"))))
     assert other.model.digest != table.model.digest
-    table.write(tmp_path / "motor.h5")
+    table.save(tmp_path / "motor.h5")
     assert Table.open(tmp_path / "motor.h5").digest == table.digest

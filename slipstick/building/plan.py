@@ -10,8 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-import slipstick
-import slipstick.clutch
+from slipstick import __version__, clutch
 from slipstick.bench.conditions import Conditions
 from slipstick.clutch.ensemble import Accuracy, shifting_times
 from slipstick.clutch.model import Model
@@ -45,7 +44,7 @@ class Runs(Protocol):
         """The points (m, d) of a chunk, in multiples of nominal."""
 
 
-class GridPlan(Runs, Protocol):
+class GridRuns(Runs, Protocol):
     """Simulations at the points of a grid."""
 
     @property
@@ -98,7 +97,7 @@ class Plan:
     @property
     def origin(self) -> str:
         """How the shifting times are computed, in words."""
-        return (f"slipstick {slipstick.__version__}, longest steps {self.accuracy.fine:g} s near contact and "
+        return (f"slipstick {__version__}, longest steps {self.accuracy.fine:g} s near contact and "
                 f"{self.accuracy.coarse:g} s elsewhere, twice that while the pressure is smooth")
 
     def points(self, chunk: slice) -> np.ndarray:
@@ -112,7 +111,7 @@ class Plan:
         axes = [(axis.name, axis.values.tolist()) for axis in self.axes]
         description = json.dumps([self.model.digest, columns, axes, vars(self.accuracy), CHUNK])
         hashed = hashlib.sha256(description.encode())
-        for path in sorted(Path(slipstick.clutch.__path__[0]).rglob("*.py")):
+        for path in sorted(Path(clutch.__path__[0]).rglob("*.py")):
             hashed.update(path.read_bytes())
         return hashed.hexdigest()
 

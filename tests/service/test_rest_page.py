@@ -1,4 +1,4 @@
-"""The README's curl examples as written, and the extended model of a study, on a real service and worker."""
+"""The curl examples of docs/rest.md as written, and the extended model of a study, on a real service and worker."""
 
 import json
 import re
@@ -14,8 +14,9 @@ import pytest
 
 from worker.__main__ import main
 
-README = (Path(__file__).parents[2] / "README.md").read_text()
-BLOCKS = re.findall(r"```sh\n(.*?)```", README, re.DOTALL)
+PAGE = (Path(__file__).parents[2] / "docs" / "rest.md").read_text()
+SECTION = PAGE[PAGE.index("## Try it"):PAGE.index("## Operations")]
+BLOCKS = re.findall(r"```sh\n(.*?)```", SECTION, re.DOTALL)
 LINES = [line for block in BLOCKS if "curl" in block for line in block.strip().splitlines()]
 
 
@@ -67,7 +68,7 @@ def test_curl_says_when_the_service_is_down(tmp_path: Path) -> None:
                           cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 7
     assert "Failed to connect" in done.stderr
-    assert "Failed to connect" in README
+    assert "Failed to connect" in SECTION
 
 
 # The extended model of a study: tables of both models are built by the worker, and the same fit is run on both.

@@ -1,0 +1,131 @@
+"""Write the page of the Python functions, docs/python.md, from their docstrings: `python docs/python.py`."""
+
+import inspect
+import re
+from collections.abc import Iterator
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import slipstick
+from slipstick.interface.picture import Picture
+from slipstick.interface.results import KINDS
+from slipstick.interface.study import Finding, Law
+
+_HEAD = """# Python
+
+The names below are the public interface of the package, of which `import slipstick` imports each when it is used. The
+functions are those that the command and the service call. Functions take values and return values: no function changes
+what it was given. Long ones show a bar in a terminal or a notebook, and end cleanly at Ctrl-C.
+
+```python
+import slipstick
+
+bench = slipstick.Bench.open("heavy")             # shipped with the package; or the path of a bench file
+runs = slipstick.Recordings.open("sample")        # 54 shipped engagements; or the path of a file
+study = slipstick.study(bench, runs)
+study.findings[0].law.plot()                      # shown in a notebook
+study.report("study.html")
+
+table = slipstick.build(bench, {"pressure_bias": (0.5, 1.5, 50), "initial_position": (0.5, 1.5, 50)},
+                        model=study.extended, conditions=runs)
+slipstick.propagate(table, mean=[1, 1], std=[0.05, 0.08]).plot().save("times.svg")
+slipstick.fit(table, runs, ["initial_position"]).summary()
+```
+
+Units are those of [nomenclature.md](nomenclature.md); inputs of tables are multiples of nominal values. Invalid
+arguments raise `slipstick.errors.SlipstickError`, with cause and remedy. Pictures are Vega-Lite specifications:
+notebooks show them, and saving them as SVG, PNG or HTML needs the extra `reports`.
+[quickstart.ipynb](quickstart.ipynb) is a notebook that goes from recordings to a decision.
+
+This page is written by `python docs/python.py` from the docstrings.
+"""
+_SECTION = re.compile(r"^(Parameters|Returns|Raises|References)\n-+\n", re.MULTILINE)
+_MODULES = re.compile(r"\b(?:[a-z_]+\.)+(?=[A-Z])")
+
+
+def page() -> str:
+    """The page."""
+    functions = [name for name in slipstick.__all__ if not inspect.isclass(getattr(slipstick, name))]
+    classes = [name for name in slipstick.__all__ if name not in functions]
+    return "\n".join([
+        _HEAD, "## Functions\n", *(_function(name) for name in functions),
+        "## What functions take\n", *(_class(getattr(slipstick, name), ("open", "save", "take")) for name in classes),
+        "## What they return\n", *(_class(kind) for kind in KINDS.values()),
+        "## Parts of results\n", *(_class(part) for part in (Finding, Law, Picture))])
+
+
+def _function(name: str) -> str:
+    function = getattr(slipstick, name)
+    return f"### `{name}`\n\n```python\nslipstick.{_call(name, function)}\n```\n\n{_text(function)}\n"
+
+
+def _class(described: type, methods: tuple[str, ...] = ()) -> str:
+    lines = [f"### `{described.__name__}`\n\n{_text(described)}\n"]
+    for name, member in _members(described):
+        if methods and name not in methods:
+            continue
+        if isinstance(member, property | cached_property):
+            lines.append(f"- `{name}`: {_sentence(member)}")
+        else:
+            lines.append(f"- `{_call(name, member)}`: {_sentence(member)}")
+    return "\n".join(lines) + "\n"
+
+
+def _members(described: type) -> Iterator[tuple[str, Any]]:
+    """Public properties and methods, those of the class itself before inherited ones."""
+    seen = set[str]()
+    for base in described.__mro__[:-1]:
+        for name, member in vars(base).items():
+            if name.startswith("_") or name in seen or not (
+                    callable(member) or isinstance(member, property | cached_property | classmethod)):
+                continue
+            seen.add(name)
+            yield name, member if isinstance(member, property | cached_property) else getattr(described, name)
+
+
+def _call(name: str, function: Any) -> str:
+    """The function with its arguments, as it is called."""
+    signature = inspect.signature(function)
+    given = [parameter.replace(annotation=inspect.Parameter.empty) for parameter in signature.parameters.values()
+             if parameter.name != "self"]
+    returned = signature.return_annotation
+    text = "" if returned is inspect.Signature.empty else f" -> {_type(returned)}"
+    arguments = inspect.Signature(given)
+    return f"{name}{arguments}{text}"
+
+
+def _type(annotation: Any) -> str:
+    text = annotation if isinstance(annotation, str) else inspect.formatannotation(annotation)
+    return _MODULES.sub("", text).replace("~", "")
+
+
+def _sentence(member: Any) -> str:
+    """The docstring in one paragraph."""
+    return " ".join((inspect.getdoc(member.func if isinstance(member, cached_property) else member) or "").split())
+
+
+def _text(described: Any) -> str:
+    """A docstring as Markdown: its sections as paragraphs, and their entries as lists."""
+    text = inspect.getdoc(described) or ""
+    first, *sections = _SECTION.split(text)
+    parts = [first.strip()]
+    for title, body in zip(sections[::2], sections[1::2], strict=True):
+        parts.append(f"**{title}**\n\n{_entries(body)}")
+    return "\n\n".join(parts)
+
+
+def _entries(body: str) -> str:
+    """The entries of a section: lines without indentation, each followed by its description."""
+    entries = list[list[str]]()
+    for line in body.strip().splitlines():
+        if line and not line.startswith(" "):
+            name, _, kind = line.partition(" : ")
+            entries.append([f"- `{name}`" + (f" ({kind})" if kind else ""), ""])
+        elif entries:
+            entries[-1][1] = f"{entries[-1][1]} {line.strip()}".strip()
+    return "\n".join(f"{head}: {text}" if text else head for head, text in entries)
+
+
+if __name__ == "__main__":
+    Path(__file__).with_suffix(".md").write_text(page())

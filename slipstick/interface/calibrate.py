@@ -1,0 +1,129 @@
+"""`slipstick.calibrate`: the uncertain parameters of a bench and their scatter from run to run, from recordings."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
+
+from slipstick.bench import Bench, parameters
+from slipstick.calibration import Calibration
+from slipstick.calibration import calibrate as fit_calibration
+from slipstick.clutch.model import Model
+from slipstick.interface.frames import data_frame
+from slipstick.interface.models import ModelLike, model_of
+from slipstick.interface.progress import ProgressLine, Show
+from slipstick.interface.result import Result
+from slipstick.pictures import parameters as parameters_picture
+from slipstick.pictures.theme import Spec
+from slipstick.recordings import Recordings
+from slipstick.report.calibration import calibration_text
+from slipstick.time_budget import seconds_of
+
+
+class Parameter(NamedTuple):
+    """A fitted parameter in its `unit`: value with interval, and its standard deviation from run to run."""
+
+    name: str
+    unit: str
+    value: float
+    lower: float
+    upper: float
+    scatter: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CalibrationResult(Result):
+    """The result of a calibration; `calibration` has all of it."""
+
+    kind: ClassVar[str] = "calibration"
+
+    calibration: Calibration
+
+    @property
+    def model(self) -> Model:
+        """The model with the fitted parameters, for `slipstick.build`."""
+        return self.calibration.model
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The fitted parameters with intervals of the probability `calibration.level`."""
+        fitted = []
+        for name, entry in self.calibration.spec()["parameters"].items():
+            lower, upper = entry["interval"]
+            fitted.append(Parameter(name, entry["unit"], entry["value"], lower, upper, entry["scatter"]))
+        return tuple(fitted)
+
+    def summary(self) -> list[str]:
+        """How many parameters were fitted, what the recordings leave open, and the error of the shifting times."""
+        fitted = self.calibration
+        lines = [f"{len(fitted.free)} parameters of the bench '{fitted.bench}' fitted to recordings. RMS error of the "
+                 f"shifting time: {1e3 * fitted.rms_before:.1f} ms before, {1e3 * fitted.rms_after:.1f} ms after."]
+        if fitted.at_bound:
+            lines.append(f"At a bound, so not estimates: {', '.join(fitted.at_bound)}.")
+        if fitted.undetermined:
+            lines.append(f"Not determined: {', '.join(fitted.undetermined)}.")
+        return lines if fitted.converged else [*lines, "The fit has not converged: do not use its intervals."]
+
+    @property
+    def text(self) -> str:
+        """Parameters, correlation, noise and chi-square as plain text."""
+        return calibration_text(self.calibration)
+
+    def pictures(self) -> dict[str, tuple[Spec, str]]:
+        """The parameters with their intervals, relative to their nominal values."""
+        nominal = dict(zip(parameters.NAMES, self.model.physics.nominal, strict=True))
+        spec = parameters_picture.draw(self.calibration.spec()["parameters"], nominal, self.calibration.level)
+        return {"parameters": (spec, parameters_picture.CAPTION)}
+
+    def to_frame(self) -> Any:
+        """A row for each parameter."""
+        return data_frame(dict(zip(Parameter._fields, zip(*self.parameters, strict=True), strict=True)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The calibration as JSON; `build --model` reads it."""
+        return self.calibration.spec()
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> "CalibrationResult":
+        """The calibration whose `to_dict` is `values`."""
+        return cls(Calibration.from_spec(values))
+
+
+def calibrate(bench: Bench, recordings: Recordings, *, model: ModelLike | None = None,
+              budget: float | str | None = None, progress: bool | Show = True) -> CalibrationResult:
+    """Fit the uncertain parameters of a bench, and their scatter from run to run, to recordings of it.
+
+    Parameters
+    ----------
+    bench : Bench
+        The bench: its file says which parameters are uncertain, and between which bounds.
+    recordings : Recordings
+        Recordings with at least one signal, and twice as many engagements as there are uncertain parameters.
+    model : Model, result or path, optional
+        The model with which the search begins: a `Model`, a result that has one, or a JSON file of either. By default
+        that with the nominal parameters.
+    budget : float or str, optional
+        Time in s, or a text such as "2 min", after which the next iteration is the last. By default a day.
+    progress : bool or callable, optional
+        Whether to show the iterations in a terminal or notebook, or a function of a text and a share.
+
+    Returns
+    -------
+    CalibrationResult
+
+    Raises
+    ------
+    InvalidValue
+        For recordings that cannot be of the bench, or do not suffice.
+
+    References
+    ----------
+    Tod et al., section II.C.
+
+    """
+    with ProgressLine() as line:
+        show = line.shown(progress)
+
+        def report(free: tuple[str, ...], iterations: int, change: float) -> None:
+            show(f"iteration {iterations:2}: {len(free)} parameters, largest change {change:.3g} standard errors", None)
+
+        return CalibrationResult(fit_calibration(recordings, bench, model_of(bench, model), report, seconds_of(budget)))

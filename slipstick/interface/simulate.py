@@ -1,0 +1,107 @@
+"""`slipstick.simulate`: recordings that the sensors of a bench would make of a model."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from numbers import Real
+
+import numpy as np
+
+from slipstick.bench import Bench
+from slipstick.bench.conditions import Conditions
+from slipstick.building import compile_simulator
+from slipstick.clutch import effects as catalogue
+from slipstick.clutch.effects.effect import Effect
+from slipstick.errors import InvalidValue, UnknownName
+from slipstick.interface.models import ModelLike, conditions_of, model_of
+from slipstick.recordings import Recordings
+from slipstick.recordings.simulated import simulated_recordings
+
+Effects = str | Iterable[str] | Mapping[str, float | Mapping[str, float]]
+"""Names of effects, or effect -> multiple of its typical amplitudes, or effect -> coefficient -> value."""
+
+
+def simulate(bench: Bench, effects: Effects = (), *, model: ModelLike | None = None,
+             conditions: Conditions | Recordings | None = None, engagements: int | None = None, scatter: float = 0.02,
+             noise: float = 1.0, seed: int = 0) -> Recordings:
+    """Simulate recordings of a bench, with sensor noise and scatter of the parameters from run to run.
+
+    A study of them says beforehand what recordings of such a bench can show.
+
+    Parameters
+    ----------
+    bench : Bench
+        The bench: its sensors, its scatter and, by default, its nominal parameters and conditions.
+    effects : str, iterable of str, or mapping, optional
+        Effects of the catalogue to add to the model: names, at their typical coefficients; or a mapping of names to
+        multiples of the typical amplitudes, or to coefficients with their values, of which others are neutral.
+    model : Model, result or path, optional
+        The model to simulate, as in `slipstick.build`; by default that with the nominal parameters.
+    conditions : Conditions or Recordings, optional
+        The conditions, or recordings made under them; by default those of the bench.
+    engagements : int, optional
+        Number of engagements, evenly over the conditions, or each more than once. By default each condition once.
+    scatter : float, optional
+        Standard deviation from run to run of uncertain parameters for which the bench states none, as a share of their
+        nominal values.
+    noise : float, optional
+        Noise as a multiple of that of the sensors of the bench.
+    seed : int, optional
+        Seed of all random numbers.
+
+    Returns
+    -------
+    Recordings
+        With all signals, and in a random run order unless the conditions have one.
+
+    Raises
+    ------
+    InvalidValue
+        For numbers out of range, a bench without the noise of a sensor, and engagements that do not lock.
+    UnknownName
+        For an effect or coefficient that does not exist.
+
+    """
+    simulated, taken = model_of(bench, model), conditions_of(bench, conditions)
+    for name, amount in _amounts(effects).items():
+        simulated = simulated.with_effect(name, _coefficients(catalogue.find(name).on(bench.scales), amount))
+    if engagements is not None:
+        taken = _spread(taken, engagements)
+    compile_simulator(simulated, taken)
+    return simulated_recordings(bench, simulated, taken, scatter, noise, seed)
+
+
+def _amounts(effects: Effects) -> Mapping[str, float | Mapping[str, float]]:
+    if isinstance(effects, Mapping):
+        return effects
+    return dict.fromkeys([effects] if isinstance(effects, str) else effects, 1.0)
+
+
+def _coefficients(effect: Effect, amount: float | Mapping[str, float]) -> dict[str, float]:
+    """The coefficients of an effect at a multiple of its typical amplitudes, or those given and neutral others."""
+    if isinstance(amount, Mapping):
+        names = [entry.name for entry in effect.coefficients]
+        for name in amount:
+            if name not in names:
+                raise UnknownName.of(f"coefficient of {effect.name}", name, names)
+        values, how = {name: float(value) for name, value in amount.items()}, "The coefficient"
+    elif isinstance(amount, Real) and not isinstance(amount, bool):
+        values = {entry.name: entry.typical if entry.shape else
+                  entry.neutral + float(amount) * (entry.typical - entry.neutral) for entry in effect.coefficients}
+        how = f"At {amount:g} times its typical value, the coefficient"
+    else:
+        raise InvalidValue(f"The effect {effect.name} is {amount!r}",
+                           "Give a multiple of its typical amplitudes, or a mapping of its coefficients to values")
+    for entry in effect.coefficients:
+        if entry.name in values and not entry.lower <= values[entry.name] <= entry.upper:
+            raise InvalidValue(f"{how} {entry.name} of {effect.name} is {values[entry.name]:g} {entry.unit}",
+                               f"Take it within {entry.lower:g} and {entry.upper:g} {entry.unit}")
+    return values
+
+
+def _spread(conditions: Conditions, engagements: int) -> Conditions:
+    """So many conditions, evenly over those given, or each of them more than once."""
+    if engagements < 1:
+        raise InvalidValue(f"{engagements} engagements are too few", "Give 1 or more")
+    rows = np.linspace(0, len(conditions), engagements, endpoint=False).astype(int) \
+        if engagements <= len(conditions) else np.arange(engagements) % len(conditions)
+    return replace(conditions, run_order=None).take(rows)

@@ -1,0 +1,323 @@
+"""`slipstick.study`: which physical effect do recordings show and the model of their bench lack?"""
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar
+
+from slipstick.bench import Bench
+from slipstick.clutch.model import Model
+from slipstick.errors import InvalidValue
+from slipstick.interface.files import now, require_html, write
+from slipstick.interface.fit import Fit
+from slipstick.interface.frames import data_frame
+from slipstick.interface.picture import Picture
+from slipstick.interface.progress import ProgressLine, Show
+from slipstick.interface.rehearsal import compile_study
+from slipstick.interface.result import Result
+from slipstick.pictures.study import CAPTIONS, law, study_pictures
+from slipstick.pictures.theme import Spec
+from slipstick.recordings import Recordings
+from slipstick.studies import StudyResult, StudySettings, conclude, examine, unconfirmed
+from slipstick.studies.export import file_stem, has_table, law_csv, law_mat
+from slipstick.studies.figures import Figures
+from slipstick.studies.progress import StudyProgress
+from slipstick.studies.record import figures_from_dict, result_from_dict
+from slipstick.studies.result import Coefficient, FindingResult
+from slipstick.studies.result import Law as StudyLaw
+from slipstick.time_budget import clock_times, seconds_of, stage_times
+
+
+@dataclass(frozen=True, eq=False)
+class Law:
+    """The measured law of a finding: the change of its quantity over what it depends on, without a formula."""
+
+    finding: FindingResult
+    settings: StudySettings = field(default_factory=StudySettings)
+
+    @property
+    def x(self) -> list[float] | None:
+        """Points at which the change was measured, in `x_unit`; None for a single number, such as a lag."""
+        return self._law.x
+
+    @property
+    def x_unit(self) -> str:
+        """Unit of the points."""
+        return self._law.x_unit
+
+    @property
+    def change(self) -> list[float]:
+        """Change of the quantity at the points, in `unit`."""
+        return self._law.change
+
+    @property
+    def band(self) -> tuple[list[float], list[float]]:
+        """Lower and upper end of the interval of the change at each point, in `unit`."""
+        return self._law.lower, self._law.upper
+
+    @property
+    def unit(self) -> str:
+        """Unit of the change, "1" if it is a share of the quantity."""
+        return self._law.unit
+
+    @property
+    def formula(self) -> list[float] | None:
+        """The change by the formula of the named effect at the points, in `unit`; None without a name."""
+        return self._law.formula
+
+    def plot(self) -> Picture:
+        """The law with its band, and the formula of the catalogue beside it."""
+        return Picture(file_stem(self.finding), law.draw_law(self.finding, self._law, self.settings.level), law.CAPTION)
+
+    def to_frame(self) -> Any:
+        """The columns of the law as a data frame, with units in the headings."""
+        shown = self._law
+        columns: dict[str, Sequence[Any]] = {} if shown.x is None else {
+            f"{self.finding.depends_on} [{shown.x_unit}]": shown.x}
+        columns |= {f"{name} [{shown.unit}]": values for name, values in (
+            ("change", shown.change), ("lower", shown.lower), ("upper", shown.upper), ("formula", shown.formula))
+            if values is not None}
+        return data_frame(columns)
+
+    def save(self, path: Path | str) -> Path:
+        """Write the law as a `.csv` or a MATLAB `.mat` file, by the suffix of `path`, and return the path.
+
+        Raises `InvalidValue` for another suffix, and for a law that is a single number.
+        """
+        path = Path(path)
+        if not has_table(self.finding):
+            raise InvalidValue(f"The law of “{self.finding.title}” is a single number", "Read it from `change`")
+        if path.suffix not in (".csv", ".mat"):
+            raise InvalidValue(f"'{path}' is not the name of a law", "End it in .csv or .mat")
+        return write(path, law_csv(self.finding).encode() if path.suffix == ".csv" else law_mat(self.finding))
+
+    @property
+    def _law(self) -> StudyLaw:
+        assert self.finding.law is not None
+        return self.finding.law
+
+    def __repr__(self) -> str:
+        return f"<Law: {law.headline(self.finding, self._law)}>"
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """Something that the recordings show and the model lacks; all of it is in `result`."""
+
+    result: FindingResult
+    settings: StudySettings = field(default_factory=StudySettings)
+
+    @property
+    def title(self) -> str:
+        """The finding in words."""
+        return self.result.title
+
+    @property
+    def effect(self) -> str | None:
+        """Name of the effect of the catalogue; None if none explains the law."""
+        return self.result.effect
+
+    @property
+    def quantity(self) -> str:
+        """Quantity of the model that changes."""
+        return self.result.quantity
+
+    @property
+    def depends_on(self) -> str:
+        """What the change depends on."""
+        return self.result.depends_on
+
+    @property
+    def confidence(self) -> float | None:
+        """Expected share of right findings among those with such evidence, from 0 to 1."""
+        return self.result.confidence
+
+    @property
+    def coefficients(self) -> list[Coefficient]:
+        """Fitted coefficients of the effect with units and intervals."""
+        return self.result.confirmation.coefficients
+
+    @property
+    def law(self) -> Law | None:
+        """The measured law; None if there is none."""
+        return None if self.result.law is None else Law(self.result, self.settings)
+
+    def __repr__(self) -> str:
+        return f"<Finding: {self.title}>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Study(Result):
+    """The result of a study: the answer, what was found, the models without and with it, and the gap between them.
+
+    `result` and `figures` have everything, `settings` is what was asked, `name` and `recordings_digest` say of which
+    recordings. `seconds` and `processor_seconds` are times by stage; `submitted` and `ended` are in UTC.
+    """
+
+    kind: ClassVar[str] = "study"
+
+    name: str
+    recordings_digest: str
+    settings: StudySettings
+    result: StudyResult
+    figures: Figures
+    seconds: dict[str, float]
+    processor_seconds: dict[str, float]
+    submitted: str
+    ended: str
+
+    @property
+    def answer(self) -> str:
+        """The answer in one sentence."""
+        return self.result.sentence
+
+    @property
+    def findings(self) -> list[Finding]:
+        """What is missing in the model; empty if nothing is, or if no law explains what is."""
+        return [Finding(entry, self.settings) for entry in self.result.findings]
+
+    @property
+    def extended(self) -> Model:
+        """The refitted model with the findings, for `slipstick.build`; raises `InvalidValue` in a partial result."""
+        return self._model("after")
+
+    @property
+    def refitted(self) -> Model:
+        """The refitted model without the findings; raises `InvalidValue` in a partial result."""
+        return self._model("before")
+
+    def summary(self) -> list[str]:
+        """The answer, and the held-out error of the shifting time without and with the findings."""
+        return [f"{self.answer}.", *([] if self.result.gap is None else [_gap_sentence(self.result)])]
+
+    def pictures(self) -> dict[str, tuple[Spec, str]]:
+        """Law, evidence, shifting times, gap and signals, as far as there are any."""
+        specs = study_pictures(self.result, self.figures, settings=self.settings)
+        return {name: (spec, CAPTIONS[name]) for name, spec in specs.items()}
+
+    def to_frame(self) -> Any:
+        """A row for each coefficient of the findings, with its interval."""
+        rows = [(finding.title, entry) for finding in self.findings for entry in finding.coefficients]
+        return data_frame({
+            "finding": [title for title, _ in rows],
+            **{name: [getattr(entry, name) for _, entry in rows]
+               for name in ("name", "value", "lower", "upper", "unit")}})
+
+    def report(self, path: Path | str, before: Fit | None = None, after: Fit | None = None) -> Path:
+        """Write the report as one HTML page, which needs no network and no scripts, and return its path.
+
+        With the same fit on tables of both models, `before` and `after` they were extended, it compares the fits.
+        Raises `InvalidValue` for a path that does not end in `.html`, or where the extra `reports` is not installed.
+        """
+        from slipstick.report.study.page import study_page
+
+        require_html(path)
+        values = self.to_dict()
+        fits = None if before is None or after is None else {"before": before.to_dict(), "after": after.to_dict()}
+        return write(path, study_page(values, values, fits).encode())
+
+    def save_laws(self, folder: Path | str) -> list[Path]:
+        """Write each measured law over a number as a CSV and a MATLAB file; return their paths."""
+        written = []
+        for number, finding in enumerate(self.findings, 1):
+            if finding.law is not None and has_table(finding.result):
+                stem = f"{number}_{file_stem(finding.result)}"
+                written += [finding.law.save(Path(folder) / f"{stem}{suffix}") for suffix in (".csv", ".mat")]
+        return written
+
+    def to_dict(self) -> dict[str, Any]:
+        """The study as JSON; `result` is that of the REST service."""
+        return {"id": self.name, "recordings": self.name, "recordings_digest": self.recordings_digest,
+                "settings": asdict(self.settings), "submitted": self.submitted, "ended": self.ended,
+                "result": asdict(self.result), "figure_data": asdict(self.figures), "seconds": self.seconds,
+                "processor_seconds": self.processor_seconds}
+
+    def _model(self, which: str) -> Model:
+        models = self.result.models
+        if which not in models:
+            raise InvalidValue("The time budget ended before there was a refitted model",
+                               "Repeat the study with a larger budget")
+        return Model.from_spec(models[which])
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> "Study":
+        """The study whose `to_dict` is `values`, or the result that the REST service gives, which has no pictures."""
+        figures = values.get("figure_data")
+        return cls(values["recordings"], values["recordings_digest"],
+                   StudySettings.from_dict(values.get("settings", {})), result_from_dict(values["result"]),
+                   _NO_FIGURES if figures is None else figures_from_dict(figures), dict(values["seconds"]),
+                   dict(values["processor_seconds"]), values.get("submitted", ""), values.get("ended", ""))
+
+
+_NO_FIGURES = Figures({}, [], {}, [])
+
+
+def study(bench: Bench, recordings: Recordings, *, settings: StudySettings | None = None,
+          budget: float | str | None = None, progress: bool | Show = True, name: str = "recordings",
+          **changed: Any) -> Study:
+    """Find what the model of a bench lacks that recordings of it show, measure it, and add it to the model.
+
+    Parameters
+    ----------
+    bench : Bench
+        The bench that was recorded.
+    recordings : Recordings
+        At least 24 engagements with signals, or more of shifting times alone.
+    settings : StudySettings, optional
+        What may be named, and when. Single ones can be `changed`, such as `level=0.95` or `seed=2`.
+    budget : float or str, optional
+        Time in s, or a text such as "2 min", after which the study ends at its next step with a partial result.
+        By default a day.
+    progress : bool or callable, optional
+        Whether to show a bar in a terminal or notebook, or a function of what the study does and of its share that is
+        complete.
+    name : str, optional
+        Name of the recordings in reports.
+
+    Returns
+    -------
+    Study
+
+    Raises
+    ------
+    InvalidValue
+        For recordings that cannot be of the bench or say too little, and for settings out of range.
+    TimeBudgetEnded
+        If the budget ended before there was anything to show.
+
+    """
+    chosen = StudySettings.from_dict({**({} if settings is None else asdict(settings)), **changed})
+    limit, start, submitted = seconds_of(budget), time.monotonic(), now()
+    compile_study(bench, recordings)
+    named: dict[str, Any] = {}
+    stage, times, begin = "name", dict[str, dict[str, float]](), clock_times()
+    with ProgressLine() as line:
+        show = line.shown(progress)
+
+        def log(step: StudyProgress) -> None:
+            if time.monotonic() > start + limit:
+                raise _TimeEnded
+            show(f"step {step.step} of {step.steps}: {step.doing}", step.done)
+
+        try:
+            named = examine(chosen, bench, recordings, log, named.update)
+            times, stage, begin = stage_times({}, stage, begin), "confirm", clock_times()
+            result, figures = conclude(chosen, bench, recordings, named, log)
+        except _TimeEnded:
+            result, figures = unconfirmed(chosen, bench, recordings, named or None, limit)
+    return Study(name, recordings.digest, chosen, result, figures, **stage_times(times, stage, begin),
+                 submitted=submitted, ended=now())
+
+
+class _TimeEnded(Exception):
+    """The time budget of a study has ended."""
+
+
+def _gap_sentence(result: StudyResult) -> str:
+    assert result.gap is not None
+    closure = result.gap.closures["shifting_time"]
+    before, after, expected = (f"{1e3 * value:.1f} ms" for value in (
+        closure.rms_before, closure.rms_after, closure.rms_expected))
+    return (f"Held-out RMS error of the shifting time: {before} without what is missing, {after} with it; {expected} "
+            "are expected of a correct model.")

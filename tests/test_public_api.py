@@ -1,0 +1,56 @@
+"""The public interface: its names, their signatures, what importing them costs, and the page that describes them."""
+
+import importlib
+import inspect
+import pkgutil
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import slipstick
+
+ROOT = Path(__file__).parents[1]
+SIGNATURES: dict[str, str] = {
+}
+
+
+@pytest.mark.parametrize("name", SIGNATURES)
+def test_a_function_has_the_arguments_that_users_write(name: str) -> None:
+    parameters = inspect.signature(getattr(slipstick, name)).parameters.values()
+    assert ", ".join(str(entry.replace(annotation=inspect.Parameter.empty)) for entry in parameters) == SIGNATURES[name]
+
+
+def test_the_public_names_are_listed_and_documented() -> None:
+    assert set(slipstick.__all__) == {"Bench", "Recordings", "BlackBox", "Table", *SIGNATURES}
+    assert set(slipstick.__all__) <= set(dir(slipstick))
+    for name in slipstick.__all__:
+        assert inspect.getdoc(getattr(slipstick, name)), name
+    for name in ("Bench", "Recordings", "BlackBox", "Table"):
+        assert inspect.isclass(getattr(slipstick, name))
+        assert callable(getattr(slipstick, name).open)
+    with pytest.raises(AttributeError, match="cake"):
+        _ = slipstick.cake  # type: ignore[attr-defined]
+
+
+def test_no_import_of_a_submodule_rebinds_a_public_name() -> None:
+    names = [module.name for module in pkgutil.walk_packages(slipstick.__path__, "slipstick.")]
+    assert len(names) > 200
+    for name in names:
+        importlib.import_module(name)
+    for name in slipstick.__all__:
+        assert inspect.isfunction(getattr(slipstick, name)) or inspect.isclass(getattr(slipstick, name)), name
+
+
+def test_the_import_loads_nothing_that_takes_time() -> None:
+    code = "import slipstick, sys; print(sorted({name.split('.')[0] for name in sys.modules}))"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    for library in ("numpy", "scipy", "numba", "h5py", "chaospy", "pint"):
+        assert f"'{library}'" not in loaded
+
+
+def test_the_page_is_that_of_the_docstrings() -> None:
+    page = runpy.run_path(str(ROOT / "docs" / "python.py"))["page"]()
+    assert (ROOT / "docs" / "python.md").read_text() == page, "python docs/python.py"

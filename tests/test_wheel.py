@@ -1,0 +1,157 @@
+"""The wheel: complete, without a package that is named `service` or `worker`, and enough without the repository."""
+
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tomllib
+import venv
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.test_licences import BUNDLES, licence_texts
+
+ROOT = Path(__file__).parents[1]
+BUILD = tomllib.loads((ROOT / "pyproject.toml").read_text())
+SETUP = BUILD["tool"]["setuptools"]
+FOLDERS = {"slipstick": "slipstick", **SETUP["package-dir"]}
+"""Package of the wheel -> folder of the repository."""
+SHIPPED = {f"slipstick/shipped/{name}" for name in ("compact.toml", "heavy.toml", "sample.h5")}
+CODES = shutil.ignore_patterns("__pycache__", "*.tmp.*")
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of what the wheel is made of, because a build leaves files behind."""
+    folder = tmp_path_factory.mktemp("source")
+    for name in FOLDERS.values():
+        shutil.copytree(ROOT / name, folder / name, ignore=CODES)
+    for name in ("pyproject.toml", "README.md", "LICENSE", "NOTICES.md"):
+        shutil.copy(ROOT / name, folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def wheel(source: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel, made without a network."""
+    folder = tmp_path_factory.mktemp("wheel")
+    subprocess.run([sys.executable, "-m", "pip", "wheel", "--quiet", "--no-index", "--no-deps", "--no-build-isolation",
+                    "--wheel-dir", folder, source], check=True, capture_output=True)
+    path, = folder.glob("*.whl")
+    return path
+
+
+def test_the_wheel_has_every_file_of_its_packages_and_nothing_else(source: Path, wheel: Path) -> None:
+    names = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
+    expected = {f"{package}/{path.relative_to(source / FOLDERS[package])}" for package in FOLDERS
+                if package != "slipstick.shipped" for path in (source / FOLDERS[package]).rglob("*") if path.is_file()}
+    assert names == expected | SHIPPED
+    assert {name.split("/")[0] for name in names} == {"slipstick", "slipstick_service", "slipstick_worker"}
+    assert wheel.stat().st_size < 4e6  # measured recordings of megabytes are not in it
+
+
+def test_the_wheel_has_the_licence_and_the_notices(wheel: Path) -> None:
+    names = zipfile.ZipFile(wheel).namelist()
+    for text in ("LICENSE", "NOTICES.md", *licence_texts(BUNDLES[0])):
+        assert any(name.endswith(f"licenses/{text}") for name in names), text
+
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+
+
+@pytest.fixture(scope="module")
+def run(source: Path, wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """A function that runs a program of an environment with the wheel, in an empty folder.
+
+    The environment has the dependencies of this one, but not this repository: a path in a .pth file is searched without
+    the .pth files in it, such as that of an editable installation. The machine code of numba, which takes a minute to
+    make, is that of the repository: it counts for files of the same size and time.
+    """
+    folder = tmp_path_factory.mktemp("installed")
+    venv.create(folder / "env", symlinks=True)
+    binaries = folder / "env" / "bin"
+    subprocess.run([sys.executable, "-m", "pip", "--python", binaries / "python", "install", "--quiet", "--no-index",
+                    "--no-deps", "--no-compile", wheel], check=True, capture_output=True)
+    packages, = (folder / "env" / "lib").glob("python*/site-packages")
+    (packages / "dependencies.pth").write_text(sysconfig.get_paths()["purelib"])
+    for package in ("slipstick", "slipstick_service", "slipstick_worker"):
+        for path in (ROOT / FOLDERS[package]).rglob("*"):
+            copy = packages / package / path.relative_to(ROOT / FOLDERS[package])
+            if path.suffix == ".py" and copy.exists():
+                os.utime(copy, ns=(path.stat().st_atime_ns, path.stat().st_mtime_ns))
+            elif path.suffix in (".nbi", ".nbc"):
+                copy.parent.mkdir(exist_ok=True)
+                shutil.copy(path, copy)
+    (folder / "empty").mkdir()
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+
+    def start(program: str, *arguments: str, check: bool = True) -> subprocess.CompletedProcess[str]:
+        ran = subprocess.run([binaries / program, *arguments], cwd=folder / "empty", env=environment, text=True,
+                             capture_output=True, check=False)
+        assert not check or ran.returncode == 0, ran.stderr
+        return ran
+
+    return start
+
+
+def test_the_command_is_installed(run: Run) -> None:
+    assert BUILD["project"]["version"] in run("slipstick", "--version").stdout
+    listing = run("slipstick", "--help").stdout
+    assert "usage: slipstick" in listing
+    assert "study" in listing
+
+
+def test_the_packages_are_those_of_the_wheel(run: Run) -> None:
+    code = "import slipstick, slipstick_service, slipstick_worker as worker; " \
+           "print(slipstick.__file__, slipstick_service.__file__, worker.__file__)"
+    assert all("/env/" in path for path in run("python", "-c", code).stdout.split())
+    for package in ("service", "worker"):
+        ran = run("python", "-c", f"import {package}", check=False)
+        assert "ModuleNotFoundError" in ran.stderr
+
+
+def test_every_module_of_the_wheel_can_be_imported(run: Run) -> None:
+    """So no module imports another by its name in the repository, `worker.plan` for `slipstick_worker.plan`."""
+    code = """
+import importlib, pkgutil, slipstick, slipstick_service, slipstick_worker
+for package in (slipstick, slipstick_service, slipstick_worker):
+    for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+        if not module.name.endswith(".__main__"):
+            importlib.import_module(module.name)
+            print(module.name)
+"""
+    assert {"slipstick.bench.reader", "slipstick_service.routes.fits", "slipstick_worker.study"} <= set(
+        run("python", "-c", code).stdout.split())
+
+
+def test_python_has_benches_recordings_and_tables_in_any_folder(run: Run) -> None:
+    code = """
+import numpy as np, slipstick
+bench, recordings = slipstick.Bench.open("heavy"), slipstick.Recordings.open("sample")
+print(bench.name, slipstick.Bench.open("compact.toml").name, len(recordings))
+axes = {"pressure_bias": (0.9, 1.1, 2), "initial_position": (0.9, 1.1, 2)}
+table = slipstick.build(bench, axes, conditions=recordings.take(np.arange(2)), out="table.h5", progress=False)
+print(*slipstick.Table.open("table.h5").times.shape)
+spread = slipstick.propagate(table, mean=[1, 1], std=[0.02, 0.02])
+print(bool(np.all((spread.mean > 0.5) & (spread.mean < 2) & (spread.std > 0))))
+"""
+    assert run("python", "-c", code).stdout.split("\n")[:3] == ["heavy compact 54", "2 2 2", "True"]
+
+
+def test_the_command_makes_a_table_in_any_folder(run: Run) -> None:
+    run("slipstick", "build", "--bench", "heavy", "--axis", "pressure_bias=0.9:1.1:2", "--axis",
+        "initial_position=0.9:1.1:2", "--out", "two.h5")
+    code = "import slipstick; print(*slipstick.Table.open('two.h5').times.shape)"
+    assert run("python", "-c", code).stdout == "2 2 216\n"
+
+
+def test_what_does_not_exist_is_refused_in_one_line(run: Run) -> None:
+    ran = run("slipstick", "study", "nothing.h5", "--bench", "heavi", check=False)
+    assert ran.returncode == 1
+    assert ran.stderr.startswith("error: There is no ")
+    assert "heavy" in ran.stderr
+    assert "Traceback" not in ran.stderr
