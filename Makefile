@@ -53,8 +53,9 @@ lint: setup ## ruff and mypy only
 audit: setup ## known vulnerabilities of the dependencies (needs the network)
 	@$(BIN)/python .ci/audit.py
 
-picture: setup ## redraw the pictures of the README (needs a finished `make demo`)
-	@$(BIN)/python docs/picture.py var docs
+picture: setup ## redraw the picture of the README, and execute the notebook of docs again
+	@$(BIN)/python docs/picture.py
+	@$(BIN)/jupyter execute --inplace docs/quickstart.ipynb
 
 bench: setup ## compare with other codes in one run: benchmarks/peers.csv (five minutes, on an idle machine)
 	@$(PIP) install -e '.[bench]'

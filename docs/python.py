@@ -9,6 +9,7 @@ from typing import Any
 
 import slipstick
 from slipstick.interface.picture import Picture
+from slipstick.interface.result import Result
 from slipstick.interface.results import KINDS
 from slipstick.interface.study import Finding, Law
 
@@ -51,7 +52,7 @@ def page() -> str:
     return "\n".join([
         _HEAD, "## Functions\n", *(_function(name) for name in functions),
         "## What functions take\n", *(_class(getattr(slipstick, name), ("open", "save", "take")) for name in classes),
-        "## What they return\n", *(_class(kind) for kind in KINDS.values()),
+        "## What they return\n", _class(Result), *(_class(kind, without=Result) for kind in KINDS.values()),
         "## Parts of results\n", *(_class(part) for part in (Finding, Law, Picture))])
 
 
@@ -60,10 +61,11 @@ def _function(name: str) -> str:
     return f"### `{name}`\n\n```python\nslipstick.{_call(name, function)}\n```\n\n{_text(function)}\n"
 
 
-def _class(described: type, methods: tuple[str, ...] = ()) -> str:
+def _class(described: type, only: tuple[str, ...] = (), without: type = object) -> str:
+    """The class with its public members: `only` some, or those that the class `without` does not have."""
     lines = [f"### `{described.__name__}`\n\n{_text(described)}\n"]
     for name, member in _members(described):
-        if methods and name not in methods:
+        if (only and name not in only) or name in vars(without):
             continue
         if isinstance(member, property | cached_property):
             lines.append(f"- `{name}`: {_sentence(member)}")
@@ -111,7 +113,7 @@ def _text(described: Any) -> str:
     first, *sections = _SECTION.split(text)
     parts = [first.strip()]
     for title, body in zip(sections[::2], sections[1::2], strict=True):
-        parts.append(f"**{title}**\n\n{_entries(body)}")
+        parts.append(f"**{title}**\n\n{' '.join(body.split()) if title == 'References' else _entries(body)}")
     return "\n\n".join(parts)
 
 

@@ -2,43 +2,40 @@
 
 import math
 from dataclasses import replace
-from typing import Annotated, Literal
+from typing import Annotated, Any
 
 import numpy as np
 from fastapi import APIRouter, Body, Request, Response
 from pydantic import BaseModel, Field, field_validator
 
 from slipstick.black_box import Measurements
+from slipstick.inference.inputs import table_inputs
+from slipstick.inference.likelihoods import (
+    FEWEST_LINES,
+    Likelihoods,
+    LikelihoodSettings,
+    Method,
+    compute_likelihoods,
+)
 from slipstick.inference.problems import table_problem
+from slipstick.interface.likelihood import answer_of
 from slipstick.recordings import Recordings
 from slipstick.table import Table
 from slipstick.table.subject import columns
-from slipstick.uncertainty import mass_outside, standard_normals
 from slipstick.uncertainty.chaos import make_basis
 from slipstick.uncertainty.chaos.families import HERMITE
-from slipstick.uncertainty.likelihood import (
-    SAMPLES,
-    Candidate,
-    InferenceProblem,
-    LikelihoodEstimate,
-    by_sampling,
-    compared,
-    converged,
-    expanded_with_lines,
-    with_lines,
-)
+from slipstick.uncertainty.likelihood import SAMPLES, Candidate, InferenceProblem
 from slipstick.uncertainty.likelihood.likelihood import KNOTTED, MOST_LINES
 from slipstick.uncertainty.likelihood.line_rules import ACROSS
 
 from ..bodies import JsonRoute
 from ..computations import ClientDependency, computes
 from ..csv_form import CSV_RESPONSE, TableFormQuery, condition_columns, csv_response, wants_csv
-from ..descriptions import Description, descriptions
+from ..descriptions import Description
 from ..error_responses import error_responses
 from ..routes.propagate import TERMS_PER_VALUE, ExpansionBody, Seed
 from ..schemas import (
     SIMULATED,
-    AxisUnit,
     AxisUnits,
     InputsBody,
     LibraryDependency,
@@ -77,7 +74,7 @@ class LikelihoodRequest(StrictModel):
     bench: TableBench = None
     recordings: RecordingsName = "measured"
     candidates: list[CandidateBody] = Field(min_length=1, max_length=10_000, description="The candidates.")
-    method: Literal["auto", "exact", "expansion", "sampling"] = Field(
+    method: Method = Field(
         default="auto",
         description="How the density is integrated over the inputs. `auto`: integrate the table itself, on "
                     "a lattice (a grid of one or two axes) or along lines, refined until the error is below 0.05 "
@@ -89,9 +86,10 @@ class LikelihoodRequest(StrictModel):
     expansion: ExpansionBody = Field(default_factory=lambda: ExpansionBody(),
                                      description="Settings of the expansions, for `expansion` and `sampling`.")
     lines: Annotated[int, Field(
-        ge=16, le=MOST_LINES, description="Number of integration lines for three or more inputs, a power of two. A "
-                                          "larger number also reduces the spacing of the points along the lines. "
-                                          "Ignored by `auto`, and by `exact` for a grid of one or two axes.")] = ACROSS
+        ge=FEWEST_LINES, le=MOST_LINES,
+        description="Number of integration lines for three or more inputs, a power of two. A larger number also "
+                    "reduces the spacing of the points along the lines. Ignored by `auto`, and by `exact` for a grid "
+                    "of one or two axes.")] = ACROSS
     samples: Annotated[int, Field(ge=1, le=1 << 17, description="Number of samples for `sampling`, a power of two.",
                                   )] = SAMPLES
     seed: Seed = 1
@@ -156,64 +154,34 @@ def likelihood(body: Annotated[LikelihoodRequest, Body(examples=[EXAMPLE])], lib
     """
     table, recordings = open_table(library, body.table, body.bench), library.measured(body.recordings)
     problem = table_problem(table, recordings, body.outside)
-    candidates = [Candidate(candidate.inputs(table), candidate.output_std) for candidate in body.candidates]
-    for candidate in candidates:
-        problem.require_output_std(candidate.output_std)
+    candidates = [Candidate(table_inputs(table, **candidate.model_dump(exclude={"output_std"})), candidate.output_std)
+                  for candidate in body.candidates]
     _require_work(body, settings, table, len(recordings))
-    problem = replace(problem, model=client.watched(problem.model))
-    estimates = _estimates(body, problem, candidates)
-    log10_densities = np.array([estimate.density for estimate in estimates])
-    errors = [estimate.error if math.isfinite(estimate.error) else None for estimate in estimates]
-    normals = standard_normals(len(table.axes), SAMPLES, body.seed)
-    mass = [mass_outside(candidate.inputs, problem.lower, problem.upper, normals) for candidate in candidates]
-    if wants_csv(request, form):
-        return _csv(body, recordings, log10_densities, errors, mass)
-    return json_response({
-        "table": body.table, "table_digest": table.digest, "recordings": body.recordings,
-        "recordings_digest": recordings.digest, "axes": AxisUnit.of(table), "outside": body.outside,
-        "described": descriptions(recordings.conditions) if body.per_condition else None,
-        "candidates": [{"log10_likelihood": float(row.sum()), "error": error,
-                        "per_condition": row.tolist() if body.per_condition else None,
-                        "mass_outside": outside}
-                       for row, error, outside in zip(log10_densities, errors, mass, strict=True)],
-    })
+    computed = _estimates(body, replace(problem, model=client.watched(problem.model)), candidates)
+    answer = answer_of(table, body.table, recordings, computed, body.model_dump())
+    return _csv(body, recordings, answer) if wants_csv(request, form) else json_response(answer)
 
 
-def _csv(body: LikelihoodRequest, recordings: Recordings | Measurements, log10_densities: np.ndarray,
-         errors: list[float | None], mass: list[float]) -> Response:
-    numbers = np.arange(len(log10_densities))
+def _estimates(body: LikelihoodRequest, problem: InferenceProblem, candidates: list[Candidate]) -> Likelihoods:
+    """The likelihoods of all candidates."""
+    return compute_likelihoods(problem, candidates, LikelihoodSettings(
+        body.method, body.expansion.checked(0), body.lines, body.samples, body.seed))
+
+
+def _csv(body: LikelihoodRequest, recordings: Recordings | Measurements, answer: dict[str, Any]) -> Response:
+    candidates, count = answer["candidates"], len(recordings)
     if not body.per_condition:
-        totals = [float(row.sum()) for row in log10_densities]
-        return csv_response({"candidate": numbers.tolist(), "log10_likelihood": [_finite(total) for total in totals],
-                             "error": errors, "mass_outside": mass}, "likelihood")
-    count, candidates = len(recordings), len(numbers)
+        return csv_response({"candidate": range(len(candidates)), **{
+            name: [row[name] for row in candidates] for name in ("log10_likelihood", "error", "mass_outside")}},
+            "likelihood")
     measured = "shifting_time [s]" if isinstance(recordings, Recordings) else \
         f"{recordings.output.name} [{recordings.output.unit}]"
     given = {"condition": range(count), **condition_columns(columns(recordings.conditions)),
              measured: recordings.measured_time.tolist()}
     return csv_response({
-        "candidate": np.repeat(numbers, count).tolist(),
-        **{name: list(column) * candidates for name, column in given.items()},
-        "log10_density": [_finite(value) for value in log10_densities.ravel().tolist()]}, "likelihood")
-
-
-def _finite(value: float) -> float | str:
-    return value if math.isfinite(value) else ""
-
-
-def _estimates(body: LikelihoodRequest, problem: InferenceProblem,
-               candidates: list[Candidate]) -> list[LikelihoodEstimate]:
-    """log10 densities per ms (conditions,) and the error of their sum for each candidate."""
-    if body.method == "auto":
-        return [converged(problem, candidate, body.seed) for candidate in candidates]
-    if body.method == "exact":
-        return [with_lines(problem, candidate, body.lines, body.seed) for candidate in candidates]
-    expansion = body.expansion.checked(0)
-    if body.method == "expansion":
-        return compared(problem, candidates, expanded_with_lines(
-            problem, candidates, expansion, body.lines, body.seed), body.seed)
-    normals = standard_normals(len(problem.axes), body.samples, body.seed)
-    return compared(problem, candidates, by_sampling(problem, candidates, expansion, normals), body.seed)
+        "candidate": np.repeat(range(len(candidates)), count).tolist(),
+        **{name: list(column) * len(candidates) for name, column in given.items()},
+        "log10_density": [value for row in candidates for value in row["per_condition"]]}, "likelihood")
 
 
 def integration_points(table: Table, lines: int = ACROSS) -> int:

@@ -1,38 +1,33 @@
 """Propagation of uncertain inputs to shifting times by polynomial chaos expansion."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
-import numpy as np
 from fastapi import APIRouter, Body, Request, Response
 from pydantic import BaseModel, Field
 
-from slipstick.black_box import BlackBoxDescription
+from slipstick.inference.inputs import table_inputs
 from slipstick.inference.problems import table_model
-from slipstick.table import Table
-from slipstick.uncertainty import Inputs, mass_outside, standard_normals
-from slipstick.uncertainty.chaos import (
-    HIGHEST_ORDER,
-    ORDER,
-    Adapted,
-    ExpansionSettings,
-    Output,
-    Rule,
-    adapt,
-    expand,
-    first_order,
-    make_basis,
-    total,
+from slipstick.inference.propagation import (
+    MOST_RUNS,
+    QUANTILES,
+    PropagationSettings,
+    compute_distributions,
+    default_output_std,
+    expand_outputs,
+    select_conditions,
 )
-from slipstick.uncertainty.likelihood import SAMPLES, ShiftingTimeModel
+from slipstick.interface.propagate import present
+from slipstick.uncertainty import Inputs
+from slipstick.uncertainty.chaos import HIGHEST_ORDER, ORDER, ExpansionSettings, Rule, make_basis
+from slipstick.uncertainty.likelihood import SAMPLES
 
 from .. import propagation_drawing as drawing
 from ..bodies import JsonRoute
 from ..computations import ClientDependency, computes
-from ..descriptions import Description, descriptions
+from ..descriptions import Description
 from ..drawings import DrawingsDependency
 from ..error_responses import error_responses
 from ..schemas import (
-    AxisUnit,
     AxisUnits,
     ConditionList,
     InputsBody,
@@ -47,7 +42,6 @@ from ..schemas import (
     json_response,
     open_table,
     require_size,
-    select_conditions,
 )
 from ..settings import Settings
 
@@ -100,12 +94,18 @@ class PropagateRequest(StrictModel):
     )] = SAMPLES
     seed: Seed = 1
     quantiles: list[Annotated[float, Field(ge=0, le=1)]] = Field(
-        default_factory=lambda: [0.05, 0.5, 0.95], max_length=100, description="Probabilities of the quantiles.")
+        default_factory=lambda: list(QUANTILES), max_length=100, description="Probabilities of the quantiles.")
     density_points: int = Field(
         default=0, ge=0, le=2000,
         description="Number of equidistant points at which each density is computed, from five standard deviations "
                     "below to five above the mean; 0 for no densities.")
     coefficients: bool = Field(default=False, description="Whether to return the coefficients of the expansions.")
+
+    def settings(self) -> PropagationSettings:
+        """The settings of the computation; raises `InvalidValue`."""
+        assert self.output_std is not None  # the default depends on the table
+        return PropagationSettings(self.output_std, self.expansion.checked(seed=self.seed), self.tolerance,
+                                   self.samples, self.seed, tuple(self.quantiles), self.density_points)
 
 
 class ShiftingTimeDistribution(BaseModel):
@@ -159,10 +159,6 @@ _EXAMPLE = {"table": "nominal", "inputs": {"mean": [1.0, 1.0], "std": [0.05, 0.0
             "conditions": [0, 215], "density_points": 41, "coefficients": True}
 TERMS_PER_VALUE = 32
 """Number of polynomial terms whose evaluation costs as much as one intermediate value."""
-_OUTPUT_STD = 0.003  # default noise of shifting times in s
-_MOST_RUNS = 20_000  # maximum number of model runs to reach a tolerance
-_NO_EXPANSION = "The model has no shifting time at one or more nodes of the expansion: the engagement does not lock " \
-                "there, or the node lies outside the table and `outside` is `nan`"
 
 
 @router.post("", summary="Propagate uncertain inputs", response_model=PropagateResponse,
@@ -181,72 +177,35 @@ def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], libr
     """
     form = drawing.form(request, format)
     table = open_table(library, body.table, body.bench)
-    inputs = body.inputs.inputs(table)
+    inputs = table_inputs(table, **body.inputs.model_dump())
     selected, conditions = select_conditions(table, body.conditions)
     if body.output_std is None:
-        output_std = 0.0 if isinstance(table.model, BlackBoxDescription) else _OUTPUT_STD
-        body = body.model_copy(update={"output_std": output_std})
+        body = body.model_copy(update={"output_std": default_output_std(table.model)})
     if form not in ("json", "csv"):
         body = drawing.drawable(body, len(conditions))
-    adapted = _expand(body, inputs, client.watched(table_model(selected, body.outside)), selected, settings)
-    expansion = adapted.expansion
-    basis = expansion.basis
+    asked = body.settings()
+    _require_work(asked, inputs, len(conditions), settings)
+    model = client.watched(table_model(selected, body.outside))
+    adapted = expand_outputs(model, selected.conditions, inputs, asked)
     per_condition = 3 + 2 * inputs.dimension + len(body.quantiles) + 2 * body.density_points
-    require_size((per_condition + body.coefficients * len(basis.degrees)) * len(conditions), settings.answer_values,
-                 "values in the response", "Select conditions, or request fewer quantiles, density points or terms")
+    terms = body.coefficients * len(adapted.expansion.basis.degrees)
+    require_size((per_condition + terms) * len(conditions), settings.answer_values, "values in the response",
+                 "Select conditions, or request fewer quantiles, density points or terms")
     client.require()
-    output = Output(expansion, body.output_std or 0.0, body.samples, body.seed)
-    normals = standard_normals(inputs.dimension, body.samples, body.seed)
-    answer = json_response({
-        "table": body.table, "table_digest": table.digest, "axes": AxisUnit.of(table),
-        "outside": body.outside,
-        "mass_outside": mass_outside(inputs, table.lower, table.upper, normals),
-        "order": basis.order, "nodes": adapted.runs, "reached": None if body.tolerance is None else adapted.reached,
-        "germs": [germ.name for germ in basis.germs],
-        "degrees": basis.degrees.tolist() if body.coefficients else None,
-        "conditions": [{"described": descriptions(table.conditions)[row["condition"]], **row}
-                       for row in _distributions(body, output, inputs.independent, conditions)],
-    }, {"Vary": "Accept"})
-    if form == "csv":
-        return drawing.tabulated(answer, body.model_dump(), selected)
-    return answer if form == "json" else drawing.drawn(drawings, answer, body.model_dump(), selected, form)
+    distributions = compute_distributions(adapted, inputs, table.lower, table.upper, asked)
+    result = present(table, body.table, selected, conditions, distributions, body.model_dump())
+    if form == "json":
+        return json_response(result.answer, {"Vary": "Accept"})
+    return drawing.tabulated(result) if form == "csv" else drawing.drawn(drawings, result, form)
 
 
-def _expand(body: PropagateRequest, inputs: Inputs, model: ShiftingTimeModel, table: Table,
-            settings: Settings) -> Adapted:
-    """Return the requested expansions; raises `TooLarge`."""
-    expansion_settings = body.expansion.checked(seed=body.seed)
-
-    def model_at_germs(germs: np.ndarray) -> np.ndarray:
-        return model(inputs.at_germs(germs), table.conditions)
-
-    samples = body.samples * max(1, body.density_points)
-    quantity, remedy = "intermediate values", "Select conditions, or request fewer nodes, samples or density points"
-    if body.tolerance is not None:
-        require_size((_MOST_RUNS + samples) * len(table.conditions), settings.work_values, quantity, remedy)
-        return adapt(model_at_germs, inputs.germs, body.tolerance, _MOST_RUNS, expansion_settings)
-    basis = make_basis(inputs.germs, expansion_settings)
-    work = (len(basis.nodes) + samples) * len(table.conditions) * (1 + len(basis.degrees) // TERMS_PER_VALUE)
-    require_size(work, settings.work_values, quantity, remedy)
-    expansion = expand(basis, model_at_germs(basis.nodes))
-    return Adapted(expansion, float(np.nanmax(expansion.error, initial=0.0)), False, len(basis.nodes))
-
-
-def _distributions(body: PropagateRequest, output: Output, independent: bool,
-                   conditions: list[int]) -> list[dict[str, Any]]:
-    mean, std, error = output.mean, output.std, output.expansion.error
-    first_order_indices, total_indices = first_order(output.expansion), total(output.expansion)
-    quantiles = output.quantiles(np.array(body.quantiles)).T.tolist()
-    grid = mean + np.linspace(-5, 5, body.density_points)[:, None] * std
-    density = output.density(grid) if body.density_points else grid
-    coefficients = output.expansion.coefficients
-    return [{
-        "condition": condition,
-        "reason": _NO_EXPANSION if output.expansion.missing[row] else None,
-        "mean": mean[row], "std": std[row], "error": error[row], "quantiles": quantiles[row],
-        "first_order": first_order_indices[row].tolist() if independent else None,
-        "total": total_indices[row].tolist() if independent else None,
-        "density_time": grid[:, row].tolist() if body.density_points else None,
-        "density": density[:, row].tolist() if body.density_points else None,
-        "coefficients": coefficients[:, row].tolist() if body.coefficients else None,
-    } for row, condition in enumerate(conditions)]
+def _require_work(asked: PropagationSettings, inputs: Inputs, conditions: int, settings: Settings) -> None:
+    """Raise `TooLarge` for a computation that would take minutes."""
+    work, terms = asked.samples * max(1, asked.density_points), 0
+    if asked.tolerance is not None:
+        work += MOST_RUNS
+    else:
+        basis = make_basis(inputs.germs, asked.expansion)
+        work, terms = work + len(basis.nodes), len(basis.degrees)
+    require_size(work * conditions * (1 + terms // TERMS_PER_VALUE), settings.work_values, "intermediate values",
+                 "Select conditions, or request fewer nodes, samples or density points")

@@ -8,18 +8,22 @@ import fcntl
 import math
 import os
 import shutil
+import signal
+import threading
 import zipfile
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from itertools import islice
 from pathlib import Path
+from queue import SimpleQueue
+from typing import Any
 
 import numpy as np
 
 from slipstick.black_box.simulation import killed
-from slipstick.building.plan import GridRuns, Runs
+from slipstick.building.plan import GridRuns, Runs, Simulate
 from slipstick.errors import InvalidValue
 from slipstick.storage.files import move, replacing
 from slipstick.table import Axis, Grid
@@ -86,32 +90,68 @@ def _make(runs: Runs, folder: Path | None, executor: Executor, report: Report) -
             missing.append(chunk)
     done = resumed = outputs.size - sum(chunk.stop - chunk.start for chunk in missing) * n
     report(done, resumed)
-    for chunk, *result in _simulate(runs, missing, executor):
-        outputs[chunk], status[chunk] = result
-        if folder is not None:
-            _write_chunk(_chunk_path(folder, chunk), outputs[chunk], status[chunk])
-        done += outputs[chunk].size
-        report(done, resumed)
+    with closing(simulate_chunks(runs.simulate, runs.points, missing, executor)) as results:
+        for chunk, *result in results:
+            outputs[chunk], status[chunk] = result
+            if folder is not None:
+                _write_chunk(_chunk_path(folder, chunk), outputs[chunk], status[chunk])
+            done += outputs[chunk].size
+            report(done, resumed)
     return outputs, status
 
 
-def _simulate(runs: Runs, chunks: list[slice], executor: Executor) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
-    simulate, left = runs.simulate, iter(chunks)
+def simulate_chunks(simulate: Simulate, points: Callable[[slice], np.ndarray], chunks: Sequence[slice],
+                    executor: Executor) -> Generator[tuple[slice, np.ndarray, np.ndarray]]:
+    """Each chunk with its outputs and statuses, as soon as `executor` has made its runs, in any order.
+
+    Ctrl-C ends it between two chunks. Raises `InvalidValue` if a process of the executor is killed.
+    """
+    left, done = iter(chunks), SimpleQueue[Future[tuple[np.ndarray, np.ndarray]] | None]()
     futures: dict[Future[tuple[np.ndarray, np.ndarray]], slice] = {}
+    with _deferred_interrupts(done) as interrupts:
+        try:
+            while True:
+                for chunk in islice(left, _AHEAD - len(futures)):
+                    future = executor.submit(simulate, points(chunk))
+                    futures[future] = chunk
+                    future.add_done_callback(done.put)
+                if not futures:
+                    return
+                finished = done.get()
+                if finished is None or interrupts:
+                    raise KeyboardInterrupt
+                yield futures.pop(finished), *finished.result()
+        except BrokenProcessPool as error:
+            raise killed() from error
+        finally:
+            for future in futures:
+                future.cancel()
+
+
+@contextmanager
+def _deferred_interrupts(queue: SimpleQueue[Any]) -> Iterator[list[int]]:
+    """Let Ctrl-C in the block put None into `queue`, and a number into the list, instead of raising an exception.
+
+    An exception amid the functions of futures would leave their locks held, for which the threads of an executor, and
+    so the end of the program, would wait for ever.
+    """
+    interrupts: list[int] = []
+
+    def interrupt(number: int, frame: object) -> None:
+        interrupts.append(number)
+        queue.put(None)
+
+    is_deferred = (threading.current_thread() is threading.main_thread()
+                   and signal.getsignal(signal.SIGINT) is signal.default_int_handler)
+    if is_deferred:
+        signal.signal(signal.SIGINT, interrupt)
     try:
-        while True:
-            for chunk in islice(left, _AHEAD - len(futures)):
-                futures[executor.submit(simulate, runs.points(chunk))] = chunk
-            if not futures:
-                return
-            for future in wait(futures, return_when=FIRST_COMPLETED).done:
-                result = future.result()
-                yield futures.pop(future), *result
-    except BrokenProcessPool as error:
-        raise killed() from error
+        yield interrupts
     finally:
-        for future in futures:
-            future.cancel()
+        if is_deferred:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+    if interrupts:
+        raise KeyboardInterrupt
 
 
 def _chunk_path(folder: Path, chunk: slice) -> Path:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -14,7 +15,7 @@ from slipstick import __version__
 from slipstick.bench.conditions import Conditions
 from slipstick.black_box import BlackBox
 from slipstick.building.black_box_runs import BlackBoxRuns
-from slipstick.building.chunks import completed
+from slipstick.building.chunks import completed, simulate_chunks
 from slipstick.building.plan import CHUNK, slices
 from slipstick.building.training import train
 from slipstick.clutch.ensemble import DEFAULT, LOCKED, TIGHT, Accuracy, shifting_times
@@ -127,10 +128,13 @@ def _simulate(model: Model, conditions: Conditions, axes: tuple[Axis, ...], poin
     simulate = partial(shifting_times, model, conditions, names, accuracy=accuracy, threads=1)
     times = np.empty((len(points), len(conditions)))
     status = np.empty(times.shape, np.uint8)
-    count(0, times.size, "engagements", 0)
-    for block, result in zip(blocks, executor.map(simulate, [points[block] for block in blocks]), strict=True):
-        times[block], status[block] = result
-        count(block.stop * len(conditions), times.size, "engagements", 0)
+    done = 0
+    count(done, times.size, "engagements", 0)
+    with closing(simulate_chunks(simulate, points.__getitem__, blocks, executor)) as results:
+        for block, *result in results:
+            times[block], status[block] = result
+            done += times[block].size
+            count(done, times.size, "engagements", 0)
     _require_locked(axes, points, status)
     return times
 

@@ -1,4 +1,4 @@
-"""The distribution of the inputs of a table, one for each axis."""
+"""What propagations and likelihoods ask of their arguments: inputs that are those of a table, and a seed."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -30,6 +30,12 @@ def table_inputs(table: Table, mean: Any, std: Any = None, families: Family | Se
         _numbers("support", support, names))
     chosen = (families,) if isinstance(families, str) else tuple(families or ())
     return Inputs(means, stds, matrices[0], chosen, matrices[1], ranges)
+
+
+def require_seed(seed: int) -> None:
+    """Raise `InvalidValue` for a negative seed."""
+    if seed < 0:
+        raise InvalidValue(f"The seed is {seed}", "Give 0 or a positive whole number")
 
 
 def _numbers(name: str, values: Any, axes: list[str]) -> np.ndarray:

@@ -7,6 +7,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from slipstick.errors import InvalidValue, UnknownName
+from slipstick.inference.inputs import require_seed
 from slipstick.uncertainty import mass_outside, standard_normals
 from slipstick.uncertainty.chaos import ExpansionSettings
 from slipstick.uncertainty.likelihood import (
@@ -48,6 +49,7 @@ class LikelihoodSettings:
         """Check the settings for every method: a number that the method ignores is a mistake as well."""
         if self.method not in get_args(Method):
             raise UnknownName.of("method", str(self.method), get_args(Method))
+        require_seed(self.seed)
         for name in ("lines", "samples"):
             count = getattr(self, name)
             if count < 1 or count & (count - 1):

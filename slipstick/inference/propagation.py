@@ -14,6 +14,7 @@ import numpy as np
 
 from slipstick.black_box import BlackBoxDescription
 from slipstick.errors import InvalidValue
+from slipstick.inference.inputs import require_seed
 from slipstick.table import Table
 from slipstick.table.subject import Subject
 from slipstick.uncertainty import Inputs, mass_outside, standard_normals
@@ -65,6 +66,7 @@ class PropagationSettings:
             raise InvalidValue("Samples without noise have no density", "Give an output std, or compute quantiles")
         if self.tolerance is not None and not (math.isfinite(self.tolerance) and self.tolerance > 0):
             raise InvalidValue(f"The tolerance is {self.tolerance}", "Give a positive number, or none")
+        require_seed(self.seed)
         for probability in self.quantiles:
             if not 0 <= probability <= 1:
                 raise InvalidValue(f"There is no quantile {probability}", "Give probabilities from 0 to 1")

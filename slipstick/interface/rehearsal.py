@@ -1,7 +1,7 @@
 """What users run is compiled before they wait for it: a small study and a small fit of shipped recordings.
 
-`python -m slipstick.interface.rehearsal` names what the blocks of a study ask for, and ends; a first study runs it beside
-itself, on another core, while it compiles the simulator.
+`python -m slipstick.interface.rehearsal` names what the blocks of a study ask for, and ends; a first study runs it
+beside itself, on another core, while it compiles the simulator.
 """
 
 import subprocess

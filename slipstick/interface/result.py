@@ -15,7 +15,10 @@ from slipstick.pictures.theme import Spec
 
 
 class Result(ABC):
-    """A result that says what it is: its numbers with units, its pictures, and the digests of what made it."""
+    """What every result has: numbers with units, pictures, a summary, and the digests of what made it.
+
+    A notebook shows the summary and the main picture.
+    """
 
     kind: ClassVar[str]
     """What the result is of, such as `study`; the file of a result says it."""

@@ -28,7 +28,7 @@ def caption(answer: Mapping[str, Any]) -> str:
     return CAPTION if count <= MOST else f"{CAPTION} The first {MOST} of {count} conditions are shown."
 
 
-def headline(answer: Mapping[str, Any]) -> str:
+def summarize(answer: Mapping[str, Any]) -> str:
     """The result of all conditions in a sentence without its full stop: the title of the picture."""
     rows = [row for row in answer["conditions"] if row["mean"] is not None]
     return _title(rows, [axis["name"] for axis in answer["axes"]], Output.of(answer))
@@ -51,7 +51,7 @@ def draw(answer: Mapping[str, Any], probabilities: Sequence[float], conditions: 
              for (_, row), title in zip(drawn, titles, strict=True)]
     levels = ", ".join(f"{100 * probability:g} %" for probability in probabilities)
     return theme.picture(
-        headline(answer),
+        summarize(answer),
         (f"Lines: quantiles at {levels}. " if levels else "")
         + ("" if any(row["total"] for _, row in rows) else "Without Sobol indices, because the inputs are dependent. ")
         + (f"Not drawn: {omitted} without an expansion: there are nodes that {shown.missing}." if omitted else ""),

@@ -1,12 +1,12 @@
-"""The page of a propagation: warnings, the distributions as table and picture, and where they come from."""
+"""The page of a propagation: warnings, the distributions as table and picture, and where they come from; its text."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from slipstick import __version__
 from slipstick.pictures.conditions import Columns, described
 from slipstick.pictures.output import Output
-from slipstick.pictures.propagation import caption, draw
+from slipstick.pictures.propagation import MOST, caption, draw, summarize
 from slipstick.pictures.theme import in_words
 from slipstick.report.markup import definitions, paragraph, section, table
 from slipstick.report.shell import document, figures
@@ -25,18 +25,14 @@ def propagation_page(answer: Mapping[str, Any], request: Mapping[str, Any], cond
 
     `request` has the `inputs`, `output_std` in s, `quantiles` and `tolerance` in s that were asked for.
     """
-    probabilities = request["quantiles"]
-    spec = draw(answer, probabilities, conditions)
-    shown = Output.of(answer)
-    axes = [in_words(axis["name"]) for axis in answer["axes"]]
+    spec = draw(answer, request["quantiles"], conditions)
+    shown, axes = Output.of(answer), [in_words(axis["name"]) for axis in answer["axes"]]
     return document("propagation", answer["table"], headline(answer), warnings(answer, request), [
         paragraph(inputs_text(answer, request), "lead"),
         *figures({"propagation": spec}, {"propagation": caption(answer)}).values(),
         section("Distributions", table(
-            ("condition", f"mean [{shown.small}]", f"std [{shown.small}]",
-             *(f"{100 * level:g} % [{shown.small}]" for level in probabilities),
-             *(f"{axis}: {kind}" for axis in axes for kind in ("alone", "total"))),
-            [_row(row, described(conditions, place), len(axes), shown.factor)
+            _headings(shown, request["quantiles"], "condition", axes, (": alone", ": total")),
+            [_cells(row, f"{row['condition']}: {described(conditions, place)}", len(axes), shown)
              for place, row in enumerate(answer["conditions"])]),
             paragraph(_NOTE, "note")),
         section("Provenance", definitions([
@@ -55,19 +51,40 @@ def headline(answer: Mapping[str, Any]) -> str:
 
 def warnings(answer: Mapping[str, Any], request: Mapping[str, Any]) -> list[tuple[str, str]]:
     """What limits the result: cause and explanation."""
-    limits, shown = [], Output.of(answer)
-    if answer["mass_outside"] > _NOTABLE:
-        limits.append((f"{100 * answer['mass_outside']:.1f} % of the inputs lie outside the table.",
-                      f"{_OUTSIDE[answer['outside']].format(shown.words)}. Use a table with wider axes."))
+    shown = Output.of(answer)
+    limits = outside_warning(answer["mass_outside"], answer["outside"], shown)
     if answer["reached"] is False:
         tolerance = f"{shown.factor * request['tolerance']:g} {shown.small}"
         limits.append(("The tolerance is not reached:",
-                      f"the error exceeds {tolerance} with {answer['nodes']} model runs for each condition."))
+                       f"the error exceeds {tolerance} with {answer['nodes']} model runs for each condition."))
     missing = sum(row["mean"] is None for row in answer["conditions"])
     if missing:
         limits.append((f"{missing} of {len(answer['conditions'])} conditions have no distribution:",
-                      f"there are nodes of the expansion that {shown.missing}."))
+                       f"there are nodes of the expansion that {shown.missing}."))
     return limits
+
+
+def propagation_text(answer: Mapping[str, Any], request: Mapping[str, Any], conditions: Columns) -> str:
+    """The same as plain text, with a table of the first `MOST` conditions."""
+    shown, axes = Output.of(answer), [in_words(axis["name"]) for axis in answer["axes"]]
+    rows = [(*_headings(shown, request["quantiles"], "", axes, ("",)), "condition"), *(
+        (*_cells(row, str(row["condition"]), len(axes), shown, ("total",)), described(conditions, place))
+        for place, row in enumerate(answer["conditions"][:MOST]))]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = ["  ".join([*map(str.rjust, row[:-1], widths), row[-1]]) for row in rows]
+    further = len(answer["conditions"]) - MOST
+    return "\n".join([
+        f"{headline(answer)}. {summarize(answer)}.", inputs_text(answer, request),
+        *(" ".join(parts) for parts in warnings(answer, request)), "", *lines,
+        *([f"and {further} more conditions"] if further > 0 else []), "",
+        "Std and quantiles contain the output noise. Inputs: the share of the variance without noise that each causes, "
+        "alone and with the others (total Sobol index)."])
+
+
+def outside_warning(mass: float, outside: str, shown: Output) -> list[tuple[str, str]]:
+    """The warning of a probability outside the table, where the policy is `outside`; none if it is negligible."""
+    return [] if mass <= _NOTABLE else [(f"{100 * mass:.1f} % of the inputs lie outside the table.",
+                                         f"{_OUTSIDE[outside].format(shown.words)}. Use a table with wider axes.")]
 
 
 def inputs_text(answer: Mapping[str, Any], request: Mapping[str, Any]) -> str:
@@ -81,13 +98,23 @@ def inputs_text(answer: Mapping[str, Any], request: Mapping[str, Any]) -> str:
             f"{number(request['output_std'], Output.of(answer).factor)} {Output.of(answer).small}.")
 
 
-def _row(row: Mapping[str, Any], conditions: str, axes: int, factor: float) -> tuple[str, ...]:
-    def small(value: float | None) -> str:
-        return "" if value is None else signed(1e3 * value, 1) if factor == 1e3 else number(factor * value)
+def _headings(shown: Output, probabilities: Sequence[float], first: str, axes: Sequence[str],
+              shares: Sequence[str]) -> tuple[str, ...]:
+    return (first, f"mean [{shown.small}]", f"std [{shown.small}]",
+            *(f"{100 * level:g} % [{shown.small}]" for level in probabilities),
+            *(f"{axis}{share}" for axis in axes for share in shares))
 
-    shares = [share for pair in zip(row["first_order"] or [None] * axes, row["total"] or [None] * axes, strict=True)
-              for share in pair]
-    return (f"{row['condition']}: {conditions}", small(row["mean"]), small(row["std"]), *map(small, row["quantiles"]),
+
+def _cells(row: Mapping[str, Any], first: str, axes: int, shown: Output,
+           kinds: Sequence[str] = ("first_order", "total")) -> tuple[str, ...]:
+    """The cells of a condition under `_headings`, in whose shares each of `axes` has those of all `kinds`."""
+    def small(value: float | None) -> str:
+        if value is None:
+            return ""
+        return signed(1e3 * value, 1) if shown.factor == 1e3 else number(shown.factor * value)
+
+    shares = [share for shares in zip(*(row[kind] or [None] * axes for kind in kinds), strict=True) for share in shares]
+    return (first, small(row["mean"]), small(row["std"]), *map(small, row["quantiles"]),
             *("" if share is None else f"{100 * share:.0f} %" for share in shares))
 
 

@@ -2,9 +2,9 @@
 
 import fcntl
 import multiprocessing
+import signal
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -81,6 +81,26 @@ def interrupted_chunks(plan: Plan, out: Path, after: int) -> list[Path]:
     return sorted(out.parent.glob(".*.parts/*.npz"))
 
 
+def test_ctrl_c_is_heard_between_two_chunks(six_conditions: Conditions, tmp_path: Path) -> None:
+    """Amid the functions of futures it would leave their locks held, and the executor waiting for ever."""
+    reports: list[int] = []
+
+    def press(done: int, resumed: int) -> None:
+        if done:
+            signal.raise_signal(signal.SIGINT)
+            reports.append(done)
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt), ThreadPoolExecutor(1) as pool:
+            build_grid(make_plan(six_conditions), tmp_path / "a.h5", pool, press)
+        assert reports == [CHUNK]
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert len(list(tmp_path.glob(".*.parts/*.npz"))) == 1
+
+
 def test_damaged_and_empty_chunks_are_simulated_again(six_conditions: Conditions, tmp_path: Path) -> None:
     plan, out = make_plan(six_conditions), tmp_path / "a.h5"
     chunks = interrupted_chunks(plan, out, after=4)
@@ -123,13 +143,14 @@ def test_a_build_gives_the_executor_a_few_chunks_ahead_of_those_it_has_stored(
         monkeypatch: pytest.MonkeyPatch) -> None:
     """Otherwise the results of a simulation that is faster than the disk would pile up in memory."""
     monkeypatch.setattr(chunks, "_AHEAD", 3)
-    plan = SimpleNamespace(simulate=lambda points: (points, points), points=lambda chunk: chunk.start)
     submitted, most = [], 0
     with ThreadPoolExecutor(2) as executor:
         submit = executor.submit
         monkeypatch.setattr(executor, "submit", lambda *given: submitted.append(given) or submit(*given))
         seen = []
-        for chunk, *result in chunks._simulate(plan, [slice(k, k + 1) for k in range(20)], executor):
+        parts = [slice(k, k + 1) for k in range(20)]
+        for chunk, *result in chunks.simulate_chunks(lambda point: (point, point), lambda part: part.start, parts,
+                                                     executor):
             most = max(most, len(submitted) - len(seen))
             seen.append(chunk.start)
             assert result == [chunk.start, chunk.start]

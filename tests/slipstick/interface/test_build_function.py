@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import redirect_stderr
@@ -174,7 +175,10 @@ def test_ctrl_c_leaves_whole_chunks_only(tmp_path: Path) -> None:
         while process.poll() is None and len(parts(tmp_path, "[!.]*.npz")) < 2:
             time.sleep(0.01)
         process.send_signal(signal.SIGINT)
-        _, error = process.communicate(timeout=30)
+        watch = threading.Timer(30, process.kill)  # should it not end
+        watch.start()
+        _, error = process.communicate()
+        watch.cancel()
     assert "Stopped. Run the same command or call again to resume.\n" in error
     assert error.rstrip().endswith("KeyboardInterrupt")
     names = [path.name for path in parts(tmp_path, "*")]

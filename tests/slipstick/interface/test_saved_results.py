@@ -71,7 +71,7 @@ def test_results_are_opened_as_they_were_saved(study: Study, fit: Fit, calibrati
     for result in (study, fit, calibration):
         again = opened(result, tmp_path)
         assert type(again) is type(result)
-        assert again.to_dict() == json.loads(json.dumps(result.to_dict()))
+        assert json.dumps(again.to_dict()) == json.dumps(result.to_dict())
         assert again.plot().spec == result.plot().spec
         assert repr(again) == repr(result)
 

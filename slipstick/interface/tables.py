@@ -1,0 +1,96 @@
+"""What functions on tables take and return: a table or its file, axes, conditions as columns, and numbers as JSON."""
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+
+from slipstick.bench.conditions import CONDITION_UNITS
+from slipstick.errors import InvalidValue, UnknownName
+from slipstick.pictures.conditions import described
+from slipstick.table import Outside, Table
+from slipstick.table.subject import Setting, columns
+from slipstick.uncertainty import Inputs
+
+TableLike = Table | Path | str
+"""A table, or the path of its file."""
+
+
+def open_table(given: TableLike) -> Table:
+    """The table that is `given`, or that of a file; raises `InvalidValue`, `UnknownName` and `BadTable`."""
+    table = Table.open(given) if isinstance(given, Path | str) else given
+    if not isinstance(table, Table):
+        raise InvalidValue(f"A {type(given).__name__} is not a table",
+                           "Give a table, such as `slipstick.build` returns, or the path of its file")
+    return table
+
+
+def table_name(given: TableLike) -> str:
+    """The name of a table in reports: that of its file, if it was given as one."""
+    return Path(given).stem if isinstance(given, Path | str) else "table"
+
+
+def require_outside(outside: str) -> None:
+    """Raise `UnknownName` for a policy that does not exist."""
+    if outside not in get_args(Outside):
+        raise UnknownName.of("policy for points outside the table,", str(outside), get_args(Outside))
+
+
+def axes_of(table: Table) -> list[dict[str, Any]]:
+    """The axes of a table as JSON: name, and what the multiple 1 stands for."""
+    return [{"name": axis.name, "nominal": axis.nominal, "unit": axis.unit} for axis in table.axes]
+
+
+def inputs_of(inputs: Inputs) -> dict[str, Any]:
+    """Inputs as JSON, as the REST service takes them."""
+    given = {name: getattr(inputs, name) for name in ("mean", "std", "correlation", "support", "mixing")}
+    return {**{name: None if value is None else value.tolist() for name, value in given.items()},
+            "families": list(inputs.families)}
+
+
+@lru_cache(maxsize=64)
+def descriptions(conditions: Setting) -> tuple[str, ...]:
+    """All conditions of a table or of recordings in words."""
+    given = columns(conditions)
+    return tuple(described(given, place) for place in range(len(conditions)))
+
+
+def condition_columns(conditions: Mapping[str, Sequence[Any] | None]) -> dict[str, Sequence[Any]]:
+    """The columns of conditions under headings with units; those of another machine have them already."""
+    return {f"{name} [{unit}]" if (unit := CONDITION_UNITS.get(name, "1")) != "1" else name: column
+            for name, column in conditions.items() if column is not None}
+
+
+def known(values: np.ndarray) -> list[Any]:
+    """An array as nested lists, with None for numbers that are not finite, which JSON does not have."""
+    entries = values.astype(object)
+    entries[~np.isfinite(values)] = None
+    listed: list[Any] = entries.tolist()
+    return listed
+
+
+def numbers(values: Sequence[Any], missing: float = np.nan) -> np.ndarray:
+    """Nested lists as an array, with `missing` for None."""
+    array = np.array(values, dtype=float)
+    return np.where(np.isnan(array), missing, array)
+
+
+def taken(values: Mapping[str, Any], names: Sequence[str], kind: str) -> dict[str, Any]:
+    """The entries `names` of a saved result; raises `InvalidValue` where it is incomplete."""
+    missing = [name for name in names if name not in values]
+    if missing:
+        raise InvalidValue(f"The {kind} is incomplete: it has no `{missing[0]}`", "Give a file that `save` wrote")
+    return {name: values[name] for name in names}
+
+
+def csv_text(columns: Mapping[str, Sequence[Any]]) -> str:
+    """Columns of equal length as CSV, with headings; an entry without a value is empty."""
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(columns)
+    rows.writerows(zip(*columns.values(), strict=True))
+    return text.getvalue()
