@@ -1,14 +1,12 @@
 """Answers as CSV for other programs: a heading with the unit for each column, and a row for each entry."""
 
-import csv
-import io
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 from fastapi import Query, Request, Response
 from pydantic import BaseModel
 
-from slipstick.bench.conditions import CONDITION_UNITS
+from slipstick.interface.tables import csv_text
 
 from .pictures import preferred
 
@@ -29,11 +27,7 @@ def wants_csv(request: Request, form: str | None) -> bool:
 
 def csv_response(columns: Mapping[str, Iterable[Any]], name: str, headers: Mapping[str, str] | None = None) -> Response:
     """Return columns of equal length as a CSV file `name`; an entry without value is empty."""
-    text = io.StringIO()
-    rows = csv.writer(text, lineterminator="\n")
-    rows.writerow(columns)
-    rows.writerows(zip(*columns.values(), strict=True))
-    return Response(text.getvalue(), media_type=CSV, headers={
+    return Response(csv_text(columns), media_type=CSV, headers={
         "Vary": "Accept", "Content-Disposition": f'attachment; filename="{name}.csv"', **(headers or {})})
 
 
@@ -43,12 +37,6 @@ def entries_csv(entries: Sequence[BaseModel], model: type[BaseModel], name: str)
     simple = [field for field in model.model_fields if not any(isinstance(row[field], dict) for row in rows)
               and field not in ("settings", "links", "error")]
     return csv_response({field: [_cell(row[field]) for row in rows] for field in simple}, name)
-
-
-def condition_columns(conditions: Mapping[str, Sequence[Any] | None]) -> dict[str, Sequence[Any]]:
-    """Return the columns of conditions under headings with units; those of another machine have them already."""
-    return {f"{name} [{unit}]" if (unit := CONDITION_UNITS.get(name, "1")) != "1" else name: column
-            for name, column in conditions.items() if column is not None}
 
 
 def _cell(value: Any) -> Any:

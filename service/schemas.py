@@ -8,10 +8,8 @@ from fastapi import Depends, Request
 from fastapi.responses import Response
 from pydantic import BaseModel, ConfigDict, Field, Strict
 
-from slipstick.errors import InvalidValue
 from slipstick.storage.library import Library
 from slipstick.table import Outside, Table
-from slipstick.uncertainty import Inputs
 from slipstick.uncertainty.chaos import Family
 
 from .problem_details import TooLarge
@@ -100,21 +98,6 @@ class InputsBody(StrictModel):
                     "normal inputs. The covariance of the inputs is L L^T. The off-diagonal entry sigma12 of the paper "
                     "is an entry of L, not a covariance.")
 
-    def inputs(self, table: Table) -> Inputs:
-        """Return the distribution of the inputs of `table`; raises `InvalidValue`."""
-        names = [axis.name for axis in table.axes]
-        if len(self.mean) != len(names):
-            raise InvalidValue(f"`mean` has {len(self.mean)} entries, but the table has {len(names)} axes",
-                               f"Give one entry per axis: {', '.join(names)}")
-        for field, matrix in (("mixing", self.mixing), ("correlation", self.correlation)):
-            if matrix is not None and any(len(row) != len(names) for row in matrix):
-                raise InvalidValue(f"The rows of `{field}` do not have one entry per axis of the table",
-                                   f"Give {len(names)} rows of {len(names)} numbers")
-        support = np.column_stack([table.lower, table.upper]) if self.support is None else np.array(self.support)
-        return Inputs(np.array(self.mean), None if self.std is None else np.array(self.std),
-                      None if self.mixing is None else np.array(self.mixing), tuple(self.families or ()),
-                      None if self.correlation is None else np.array(self.correlation), support)
-
 
 # Coroutines, because FastAPI calls any other dependency in a thread of its own, which takes longer than an evaluation.
 
@@ -131,22 +114,6 @@ async def _settings(request: Request) -> Settings:
 
 LibraryDependency = Annotated[Library, Depends(_library)]
 SettingsDependency = Annotated[Settings, Depends(_settings)]
-
-
-def select_conditions(table: Table, conditions: list[int] | None) -> tuple[Table, list[int]]:
-    """Return the table restricted to the selected conditions, and their indices.
-
-    Raises `InvalidValue` for an index that is repeated or out of range.
-    """
-    n = len(table.conditions)
-    if conditions is None:
-        return table, list(range(n))
-    if len(set(conditions)) < len(conditions):
-        raise InvalidValue("`conditions` contains an index more than once", "Give each index once")
-    out_of_range = [index for index in conditions if not 0 <= index < n]
-    if out_of_range:
-        raise InvalidValue(f"The table has no condition {out_of_range[0]}", f"Give indices from 0 to {n - 1}")
-    return table.restricted(table.conditions.take(conditions)), conditions
 
 
 def require_size(count: int, limit: int, quantity: str, remedy: str) -> None:

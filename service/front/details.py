@@ -6,13 +6,13 @@ from itertools import islice
 
 from slipstick.bench import Bench, parameters
 from slipstick.black_box import Measurements
+from slipstick.interface.tables import condition_columns
 from slipstick.pictures.theme import in_words
 from slipstick.recordings import Recordings
 from slipstick.report.markup import definitions, paragraph, section, table
 from slipstick.table import Table
 from slipstick.table.subject import Setting, columns
 
-from ..csv_form import condition_columns
 from ..front.elements import Link
 
 _MOST = 1000

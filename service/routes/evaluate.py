@@ -10,6 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from starlette.concurrency import run_in_threadpool
 
 from slipstick.errors import InvalidValue
+from slipstick.inference.propagation import select_conditions
+from slipstick.interface.tables import condition_columns
 from slipstick.storage.library import Library
 from slipstick.table import Outside, Table
 from slipstick.table.points import count_outside
@@ -17,7 +19,7 @@ from slipstick.table.subject import columns
 
 from .. import npy
 from ..bodies import Handler, JsonRoute, compute, require_media_type
-from ..csv_form import CSV, TableForm, condition_columns, csv_response, wants_csv
+from ..csv_form import CSV, TableForm, csv_response, wants_csv
 from ..descriptions import Description, descriptions
 from ..error_responses import error_responses
 from ..problem_details import MalformedBody
@@ -33,7 +35,6 @@ from ..schemas import (
     json_response,
     open_table,
     require_size,
-    select_conditions,
 )
 from ..settings import Settings
 

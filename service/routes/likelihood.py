@@ -19,6 +19,7 @@ from slipstick.inference.likelihoods import (
 )
 from slipstick.inference.problems import table_problem
 from slipstick.interface.likelihood import answer_of
+from slipstick.interface.tables import condition_columns
 from slipstick.recordings import Recordings
 from slipstick.table import Table
 from slipstick.table.subject import columns
@@ -30,7 +31,7 @@ from slipstick.uncertainty.likelihood.line_rules import ACROSS
 
 from ..bodies import JsonRoute
 from ..computations import ClientDependency, computes
-from ..csv_form import CSV_RESPONSE, TableFormQuery, condition_columns, csv_response, wants_csv
+from ..csv_form import CSV_RESPONSE, TableFormQuery, csv_response, wants_csv
 from ..descriptions import Description
 from ..error_responses import error_responses
 from ..routes.propagate import TERMS_PER_VALUE, ExpansionBody, Seed

@@ -3,10 +3,11 @@
 from fastapi import APIRouter, Request, Response
 from pydantic import BaseModel, Field
 
+from slipstick.interface.tables import condition_columns
 from slipstick.pictures.conditions import described
 
 from ..bodies import JsonRoute
-from ..csv_form import CSV_RESPONSE, TableFormQuery, condition_columns, csv_response, wants_csv
+from ..csv_form import CSV_RESPONSE, TableFormQuery, csv_response, wants_csv
 from ..descriptions import Description
 from ..error_responses import error_responses
 from ..jobs import finished_job, output_of, version_of

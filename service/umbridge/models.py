@@ -14,13 +14,14 @@ from pydantic import Field, ValidationError
 
 from slipstick.errors import InvalidValue, SlipstickError, UnknownName
 from slipstick.inference.problems import table_problem
+from slipstick.inference.propagation import select_conditions
 from slipstick.storage.library import Library
 from slipstick.table import Outside, Table
 from slipstick.uncertainty.likelihood.natural import NaturalLikelihood
 
 from ..computations import Client
 from ..routes.likelihood import integration_points
-from ..schemas import ConditionList, OutsidePolicy, StrictModel, require_size, select_conditions
+from ..schemas import ConditionList, OutsidePolicy, StrictModel, require_size
 from ..settings import Settings
 
 LOWEST = float(np.finfo(float).min)

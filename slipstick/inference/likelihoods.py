@@ -1,5 +1,6 @@
 """Likelihoods of measurements under candidate distributions of the inputs, by one of four methods (eq. 7)."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal, get_args
@@ -64,8 +65,8 @@ class Likelihoods:
     """Likelihoods of c candidates: `log10_density` (c, n) per ms, or per thousandth of the unit of another output.
 
     The log10 likelihood of a candidate is the sum of its densities; `error` (c,) is that of the sum in decades, to hold
-    in 95 % of the cases, inf where it is not known. `mass_outside` (c,) is the probability that the inputs lie outside
-    the domain of the model.
+    in 95 % of the cases, inf where it is not known, or the likelihood is 0. `mass_outside` (c,) is the probability that
+    the inputs lie outside the domain of the model.
     """
 
     log10_density: np.ndarray
@@ -84,10 +85,11 @@ def compute_likelihoods(problem: InferenceProblem, candidates: Sequence[Candidat
     for candidate in candidates:
         problem.require_output_std(candidate.output_std)
     estimates = _estimates(problem, candidates, settings)
+    densities = np.array([estimate.density for estimate in estimates])
+    errors = [estimate.error if np.isfinite(estimate.density).all() else math.inf for estimate in estimates]
     normals = standard_normals(len(problem.axes), SAMPLES, settings.seed)
-    return Likelihoods(
-        np.array([estimate.density for estimate in estimates]), np.array([estimate.error for estimate in estimates]),
-        np.array([mass_outside(candidate.inputs, problem.lower, problem.upper, normals) for candidate in candidates]))
+    mass = [mass_outside(candidate.inputs, problem.lower, problem.upper, normals) for candidate in candidates]
+    return Likelihoods(densities, np.array(errors), np.array(mass))
 
 
 def _estimates(problem: InferenceProblem, candidates: Sequence[Candidate],

@@ -20,7 +20,7 @@ from slipstick.interface.files import now, require_html, write
 from slipstick.interface.frames import data_frame
 from slipstick.interface.models import ModelLike, model_of
 from slipstick.interface.progress import ProgressLine, Show
-from slipstick.interface.result import Result
+from slipstick.interface.result import HEAD, Result
 from slipstick.pictures import CAPTIONS, pictures
 from slipstick.pictures.theme import Spec
 from slipstick.plausibility.mismatch import require_match
@@ -140,7 +140,7 @@ class Fit(Result):
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> "Fit":
         """The fit whose `to_dict` is `values`, or the result that the REST service gives, which has no pictures."""
-        return cls({name: value for name, value in values.items() if name not in _OUTPUT},
+        return cls({name: value for name, value in values.items() if name not in (*_OUTPUT, *HEAD)},
                    {name: values[name] for name in _OUTPUT if name in values})
 
     @property

@@ -97,16 +97,22 @@ class Likelihood(Result):
         from slipstick.report.propagation import inputs_text, outside_warning
         from slipstick.report.words import number, signed
 
-        given, shown = {**self.answer, "output": self.output}, Output.of({"output": self.output})
-        error = "" if self.error is None else f" with an error of {number(self.error)} decades"
-        lines = [
-            f"log10 likelihood {signed(self.log10_likelihood)}{error}: {len(self.measured_time)} measurements of the "
-            f"{shown.words} in “{self.answer['recordings']}” on the table “{self.answer['table']}”, with densities per "
-            f"{shown.per}.",
-            inputs_text(given, {"inputs": self._asked, "output_std": self._asked["output_std"]})]
-        least = int(np.argmin(self.log10_density))
-        lines.append(f"Least likely: measurement {least} ({self.answer['described'][least]}), with a log10 density of "
-                     f"{signed(self.log10_density[least])}.")
+        shown, densities = Output.of({"output": self.output}), self.log10_density
+        least = int(np.argmin(densities))
+        least_likely = f"measurement {least} ({self.answer['described'][least]})"
+        count = f"{len(densities)} measurement{'s' * (len(densities) > 1)}"
+        what = (f"{count} of the {shown.words} in “{self.answer['recordings']}” on the table "
+                f"“{self.answer['table']}”")
+        if math.isinf(self.log10_likelihood):
+            lines = [f"The likelihood of {what} is 0: at all relevant inputs, the model has no {shown.words} for "
+                     f"{np.count_nonzero(np.isinf(densities))} of them, such as {least_likely}."]
+        else:
+            error = "" if self.error is None else f" with an error of {number(self.error)} decades"
+            lines = [f"log10 likelihood {signed(self.log10_likelihood)}{error}: {what}, with densities per "
+                     f"{shown.per}.",
+                     f"Least likely: {least_likely}, with a log10 density of {signed(densities[least])}."]
+        lines.insert(1, inputs_text({**self.answer, "output": self.output},
+                                    {"inputs": self._asked, "output_std": self._asked["output_std"]}))
         return [*lines, *(" ".join(parts) for parts in outside_warning(
             self.mass_outside, self.answer["outside"], shown))]
 

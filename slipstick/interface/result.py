@@ -13,6 +13,9 @@ from slipstick.interface.picture import Picture
 from slipstick.pictures.rendering import has_renderer, inline
 from slipstick.pictures.theme import Spec
 
+HEAD = ("kind", "version")
+"""Fields that the file of a result has beside the result."""
+
 
 class Result(ABC):
     """What every result has: numbers with units, pictures, a summary, and the digests of what made it.

@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, get_args
@@ -87,7 +87,7 @@ def taken(values: Mapping[str, Any], names: Sequence[str], kind: str) -> dict[st
     return {name: values[name] for name in names}
 
 
-def csv_text(columns: Mapping[str, Sequence[Any]]) -> str:
+def csv_text(columns: Mapping[str, Iterable[Any]]) -> str:
     """Columns of equal length as CSV, with headings; an entry without a value is empty."""
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")

@@ -28,7 +28,8 @@ def linear_table(conditions: int = 3) -> Grid:
     axes = (Axis("pressure_bias", edges, 1.6, "bar"), Axis("initial_position", edges, 5e-4, "m"))
     slopes = np.resize(SLOPES, (conditions, 2))
     times = 1.0 + edges[:, None, None] * slopes[:, 0] + edges[None, :, None] * slopes[:, 1]
-    return Grid(axes, times, np.zeros(times.shape, np.uint8), HEAVY.conditions.take(range(conditions)), NOMINAL, "tests")
+    taken = HEAVY.conditions.take(range(conditions))
+    return Grid(axes, times, np.zeros(times.shape, np.uint8), taken, NOMINAL, "tests")
 
 
 def linear(**changes: Any) -> Propagation:
@@ -58,7 +59,8 @@ def test_a_linear_model_has_the_moments_quantiles_and_shares_of_its_closed_form(
 
 def test_one_axis_takes_plain_numbers() -> None:
     axis = Axis("pressure_bias", np.array([0.5, 1.5]), 1.6, "bar")
-    table = Grid((axis,), np.array([[1.0], [2.0]]), np.zeros((2, 1), np.uint8), HEAVY.conditions.take([0]), NOMINAL, "t")
+    times, condition = np.array([[1.0], [2.0]]), HEAVY.conditions.take([0])
+    table = Grid((axis,), times, np.zeros((2, 1), np.uint8), condition, NOMINAL, "tests")
     result = propagate(table, 1.1, 0.05, families="uniform")
     np.testing.assert_allclose((result.mean, result.std), ([1.6], [np.hypot(0.05, 0.003)]), rtol=1e-9)
     assert propagate(table, 1.1, mixing=0.05).std == pytest.approx(result.std)
@@ -166,7 +168,7 @@ def test_what_is_outside_the_table_is_clipped_missing_or_refused() -> None:
 
 
 def test_only_tables_are_taken(tmp_path: Path) -> None:
-    with pytest.raises(InvalidValue, match="A Bench is not a table. Give a table, such as `slipstick.build` returns"):
+    with pytest.raises(InvalidValue, match=r"A Bench is not a table\. Give a table, such as `slipstick.build` returns"):
         propagate(HEAVY, 1, 0.1)  # type: ignore[arg-type]
     with pytest.raises(SlipstickError, match="missing"):
         propagate(tmp_path / "missing.h5", 1, 0.1)
@@ -190,7 +192,7 @@ def test_the_result_is_saved_opened_tabulated_and_reported(tmp_path: Path) -> No
     assert page.startswith("<!doctype html>")
     assert f"{1e3 * result.mean[0]:.1f}" in page
     assert f"{1e3 * result.mean[0]:.1f}" in result.text
-    with pytest.raises(InvalidValue, match="ends in .html"):
+    with pytest.raises(InvalidValue, match=r"ends in \.html"):
         result.report(tmp_path / "report.pdf")
     partial = {name: value for name, value in result.to_dict().items() if name != "request"}
     with pytest.raises(InvalidValue, match="has no `request`"):
