@@ -1,6 +1,6 @@
 # Needs Python 3.11 or newer and make; everything else goes into .venv. `make` alone lists the targets.
 PYTHON ?= python3
-BENCH ?= tables/heavy.toml
+BENCH ?= heavy
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
@@ -29,10 +29,10 @@ $(VENV)/.stamp: pyproject.toml
 	@echo "Installed; activate the environment with: . $(BIN)/activate"
 
 demo: setup ## build tables, calibrate, fit, and study the shipped recordings; leaves service and worker running
-	@BENCH=$(BENCH) $(BIN)/python demo.py start
+	@$(BIN)/python -m worker demo --bench $(notdir $(basename $(BENCH)))
 
-demo-stop: ## stop the service and the worker of the demo
-	@$(PYTHON) demo.py stop
+demo-stop: setup ## stop the service and the worker of the demo
+	@$(BIN)/python -m worker demo --stop
 
 # What tests share is compiled before, so that they do not compile it at the same time: kernels and modules.
 test: setup ## ruff, mypy and the tests (about five minutes on two cores)

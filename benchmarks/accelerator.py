@@ -32,7 +32,7 @@ def on_cores(threads: int) -> Code:
 
 def on_accelerator(tolerance: float) -> Code:
     code = partial(diffrax_peer.shifting_times, together=len(_ROWS))
-    return Code(lambda: simulator.simulated(code, tolerance, _ROWS),
+    return Code(lambda: simulator.simulate(code, tolerance, _ROWS),
                 lambda: simulator.simulated_error(code, tolerance))
 
 

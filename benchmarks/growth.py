@@ -68,31 +68,31 @@ def growths() -> Iterator[Growth]:
     recordings, candidate = Recordings.open(PICTURE.parents[1] / "tables" / "measured.h5"), CASES[FITTED]
     germs = np.random.default_rng(1).standard_normal((_SAMPLES, 2))
 
-    def simulated(nodes: int, count: int, threads: int) -> object:
+    def simulate(nodes: int, count: int, threads: int) -> object:
         return shifting_times(model, conditions.take(range(count)), AXES, make_grid(nodes), threads=threads)
 
     cores = tuple(range(1, min(os.cpu_count() or 1, 8) + 1))
-    yield Growth("cores", "400 grid points x 216 conditions", "cores", cores, lambda size: simulated(20, 216, size),
+    yield Growth("cores", "400 grid points x 216 conditions", "cores", cores, lambda size: simulate(20, 216, size),
                  time.perf_counter)
     yield Growth("conditions", "400 grid points", "conditions", (27, 54, 108, 216),
-                 lambda size: simulated(20, size, 1))
+                 lambda size: simulate(20, size, 1))
     yield Growth("grid", "grid of size x size points, 216 conditions", "points per axis", (5, 10, 20, 40),
-                 lambda size: simulated(size, 216, 1))
+                 lambda size: simulate(size, 216, 1))
     yield Growth("order", "expansion, and 10,000 x 216 values of it", "order", (2, 4, 8, 16),
-                 lambda size: expanded(table, size, germs))
+                 lambda size: expand_table(table, size, germs))
     yield Growth("population", "search of 5 generations, 216 recordings", "population", (10, 20, 40, 80),
-                 lambda size: searched(table, recordings, size))
+                 lambda size: search_optimum(table, recordings, size))
     problems = {size: table_problem(table, first(recordings, size), "clip") for size in (27, 54, 108, 216)}
     yield Growth("recordings", "log10 likelihood of one candidate", "recordings", tuple(problems),
                  lambda size: converged(problems[size], candidate))
 
 
-def expanded(table: Grid, order: int, germs: np.ndarray) -> object:
+def expand_table(table: Grid, order: int, germs: np.ndarray) -> object:
     basis = make_basis(EXPANDED.germs, ExpansionSettings(order=order))
     return expand(basis, table.interpolate(EXPANDED.at_germs(basis.nodes))).at(germs)
 
 
-def searched(table: Grid, recordings: Recordings, population: int) -> object:
+def search_optimum(table: Grid, recordings: Recordings, population: int) -> object:
     settings = FitSettings(population=population, generations=5, patience=5, tolerance=0.0, refine=False,
                            intervals=False)
     return final_state(settings, table_problem(table, recordings, "clip"))

@@ -74,7 +74,7 @@ def methods():
     yield "exact, without knots, 256 lines", (
         lambda p, c, seed: exact(replace(p, knots=None), c, 256, seed).sum()), SEEDS[:1]
     for power in (10, 12, 14, 16):
-        yield f"table, 2^{power} samples", lambda p, c, seed, m=power: sampled(p, c, 2**m, seed), SEEDS
+        yield f"table, 2^{power} samples", lambda p, c, seed, m=power: sample_likelihood(p, c, 2**m, seed), SEEDS
     for order in (2, 4, 8, 12, 20):
         yield f"expansion of order {order}", (
             lambda p, c, seed, o=order: by_expansion(p, [c], ExpansionSettings(o, checks=0)).sum()), SEEDS[:1]
@@ -84,7 +84,7 @@ def methods():
                 p, [c], ExpansionSettings(o, checks=0), standard_normals(2, 2**m, seed)).sum()), SEEDS
 
 
-def sampled(problem: InferenceProblem, candidate: Candidate, count: int, seed: int) -> float:
+def sample_likelihood(problem: InferenceProblem, candidate: Candidate, count: int, seed: int) -> float:
     times = problem.model(candidate.inputs.points(standard_normals(2, count, seed)), problem.conditions)
     return float(log10_mean_density(times, problem.measured_time, candidate.output_std).sum())
 

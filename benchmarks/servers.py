@@ -39,7 +39,7 @@ class Connection:
         self.socket.sendall(request)
         received = bytearray()
         while (end := received.find(b"\r\n\r\n")) < 0:
-            received += self._some(65536)
+            received += self._receive(65536)
         head = bytes(received[:end]).lower()
         assert head.startswith(b"http/1.1 200 "), bytes(received[:2000])
         size = int(head.partition(b"content-length: ")[2].partition(b"\r\n")[0])
@@ -52,7 +52,7 @@ class Connection:
             filled += count
         return body
 
-    def _some(self, size: int) -> bytes:
+    def _receive(self, size: int) -> bytes:
         part = self.socket.recv(size)
         assert part, "the connection closed before the answer"
         return part
@@ -65,7 +65,7 @@ class Server:
     process: subprocess.Popen[bytes]
     port: int
 
-    def connected(self) -> Connection:
+    def connect(self) -> Connection:
         """A connection, as soon as the server takes one."""
         while True:
             with suppress(ConnectionRefusedError):
@@ -94,22 +94,22 @@ def service(tables: Path) -> Server:
     port = _free_port()
     environment = {**os.environ, "SLIPSTICK_TABLES": str(tables), "SLIPSTICK_PORT": str(port),
                    "SLIPSTICK_JOBS": f"sqlite:///{tables.parent}/jobs.sqlite"}
-    return _started(port, environment, "service")
+    return _start(port, environment, "service")
 
 
 def bare(answers: Path, table: Path) -> Server:
     """A Starlette server whose routes return the files of the folder `answers`, and /least points of this table."""
     port = _free_port()
-    return _started(port, dict(os.environ), "benchmarks.bare_server", str(port), str(answers), str(table))
+    return _start(port, dict(os.environ), "benchmarks.bare_server", str(port), str(answers), str(table))
 
 
 def umbridge(table: Path) -> Server:
     """The Python server of UM-Bridge with this table."""
     port = _free_port()
-    return _started(port, dict(os.environ), "benchmarks.umbridge_server", str(port), str(table))
+    return _start(port, dict(os.environ), "benchmarks.umbridge_server", str(port), str(table))
 
 
-def _started(port: int, environment: dict[str, str], *arguments: str) -> Server:
+def _start(port: int, environment: dict[str, str], *arguments: str) -> Server:
     return Server(subprocess.Popen([sys.executable, "-m", *arguments], cwd=ROOT, env=environment,
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL), port)
 

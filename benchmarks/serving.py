@@ -67,7 +67,7 @@ def compare(work: str, unit: str, codes: dict[str, Run], targets: dict[str, tupl
         ratios = values[:, 0] / values[:, column]
         target = targets.get(name)
         verdict = ("", "") if target is None else (
-            f"{target[0]} {target[1]:g}", _met(float(np.median(ratios)), *target))
+            f"{target[0]} {target[1]:g}", _judge(float(np.median(ratios)), *target))
         rows.append((work, name, unit, *spread(values[:, column]), *(spread(ratios) if column else ("", "", "")),
                      *verdict))
     return rows
@@ -75,17 +75,17 @@ def compare(work: str, unit: str, codes: dict[str, Run], targets: dict[str, tupl
 
 def single(work: str, unit: str, values: list[float], most: float | None) -> Row:
     """The row of a quantity without peer; the aim is a median of at most `most`."""
-    verdict = ("", "") if most is None else (f"at most {most:g}", _met(float(np.median(values)), "at most", most))
+    verdict = ("", "") if most is None else (f"at most {most:g}", _judge(float(np.median(values)), "at most", most))
     return (work, OURS, unit, *spread(np.array(values)), "", "", "", *verdict)
 
 
-def _met(value: float, side: str, target: float) -> str:
+def _judge(value: float, side: str, target: float) -> str:
     return "yes" if (value >= target if side == "at least" else value <= target) else "no"
 
 
 def measure_requests(ours: Server, tables: Path, answers: Path, rounds: int) -> list[Row]:
     """One point, and 10,000 points as arrays."""
-    with ours.connected() as connection:
+    with ours.connect() as connection:
         answers.mkdir()
         request = connection.request
         point, points = request("/v1/evaluate", _POINT, _JSON), request("/v1/evaluate", _array(10_000), _NPY)
@@ -93,7 +93,7 @@ def measure_requests(ours: Server, tables: Path, answers: Path, rounds: int) -> 
         (answers / "points.npy").write_bytes(connection.exchange(points))
         floor, bridge = bare(answers, tables / "nominal.h5"), umbridge(tables / "nominal.h5")
         try:
-            with floor.connected() as to_floor, bridge.connected() as to_bridge:
+            with floor.connect() as to_floor, bridge.connect() as to_bridge:
                 least = to_floor.request("/least", _POINT, _JSON)
                 assert json.loads(bytes(to_floor.exchange(least)))["shifting_time"] == json.loads(
                     (answers / "point.json").read_bytes())["shifting_time"]
@@ -105,10 +105,12 @@ def measure_requests(ours: Server, tables: Path, answers: Path, rounds: int) -> 
                     "this project by UM-Bridge": _rate(connection, request("/umbridge/Evaluate", _UMBRIDGE), 100),
                 }, targets, rounds)
                 spent = compare("processor time of the server for one point", "ms", {
-                    OURS: _spent(ours, connection, point),
-                    LEAST: _spent(floor, to_floor, least),
-                    "bare Starlette route": _spent(floor, to_floor, to_floor.request("/point.json", _POINT, _JSON)),
-                    "UM-Bridge's Python server": _spent(bridge, to_bridge, to_bridge.request("/Evaluate", _UMBRIDGE)),
+                    OURS: _measure_processor_time(ours, connection, point),
+                    LEAST: _measure_processor_time(floor, to_floor, least),
+                    "bare Starlette route": _measure_processor_time(
+                        floor, to_floor, to_floor.request("/point.json", _POINT, _JSON)),
+                    "UM-Bridge's Python server": _measure_processor_time(
+                        bridge, to_bridge, to_bridge.request("/Evaluate", _UMBRIDGE)),
                 }, {}, rounds)
                 times = compare("10,000 points x 216 as .npy", "ms", {
                     OURS: _milliseconds(connection, points),
@@ -136,7 +138,7 @@ def _rate(connection: Connection, request: bytes, count: int) -> Run:
     return run
 
 
-def _spent(server: Server, connection: Connection, request: bytes) -> Run:
+def _measure_processor_time(server: Server, connection: Connection, request: bytes) -> Run:
     def run() -> float:
         begin = server.processor_seconds()
         for _ in range(_COUNTED):
@@ -162,12 +164,12 @@ def measure_starts(tables: Path, rounds: int) -> list[Row]:
         begin = time.perf_counter()
         server = service(tables)
         try:
-            with server.connected() as connection:
+            with server.connect() as connection:
                 connection.exchange(connection.request("/v1/health", method="GET"))
                 health.append(time.perf_counter() - begin)
                 spent.append(server.processor_seconds())
             time.sleep(_WARMING_SECONDS)
-            with server.connected() as connection:
+            with server.connect() as connection:
                 likelihood = _milliseconds(connection, connection.request("/v1/likelihood", _CANDIDATE, _JSON))
                 likelihoods.append(likelihood())
                 other_likelihoods.append(likelihood())
@@ -191,7 +193,7 @@ def measure_memory(tables: Path) -> list[Row]:
         shutil.copy(tables / "nominal.h5", tables / f"{name}.h5")
     server, megabytes = service(tables), []
     try:
-        with server.connected() as connection:
+        with server.connect() as connection:
             for name in names:
                 body = json.dumps({"table": name, "points": [[1.0, 1.0]]}).encode()
                 connection.exchange(connection.request("/v1/evaluate", body, _JSON))

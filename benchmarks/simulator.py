@@ -33,7 +33,7 @@ def one_core() -> np.ndarray:
     return ensemble.shifting_times(MODEL, CONDITIONS, AXES, GRID[SUBSET], threads=1)[0]
 
 
-def simulated(code: Callable[..., np.ndarray], tolerance: float, rows: np.ndarray = SUBSET) -> np.ndarray:
+def simulate(code: Callable[..., np.ndarray], tolerance: float, rows: np.ndarray = SUBSET) -> np.ndarray:
     """Shifting times of rows of the grid by another code: `shifting_times` of `scalar_dopri` or of a similar module."""
     vectors = np.tile(MODEL.parameters, (len(rows), 1))
     for column, name in enumerate(AXES):
@@ -61,7 +61,7 @@ def ensemble_error() -> float:
 
 def simulated_error(code: Callable[..., np.ndarray], tolerance: float) -> float:
     """Largest error in s over the grid."""
-    return float(np.abs(simulated(code, tolerance, np.arange(len(GRID))) - tight()).max())
+    return float(np.abs(simulate(code, tolerance, np.arange(len(GRID))) - tight()).max())
 
 
 def script_error() -> float:

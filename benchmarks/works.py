@@ -34,7 +34,7 @@ def works() -> Iterator[Work]:
     yield likelihood(table, interpolator, problem)
     for noise in (0.003, 0.005, 0.010, 0.020):
         for std in (0.03, 0.06, 0.12):
-            yield visited(table, interpolator, problem, Candidate(Inputs([1.0, 1.0], [std, std]), noise))
+            yield visited_likelihood(table, interpolator, problem, Candidate(Inputs([1.0, 1.0], [std, std]), noise))
     yield expansion(table)
     yield interpolation(table, interpolator)
     yield shifting_times()
@@ -79,8 +79,8 @@ def likelihood(table: Grid, interpolator: RegularGridInterpolator, problem: Infe
                 "decades", {FASTEST: 10.0}, limit=2.0)
 
 
-def visited(table: Grid, interpolator: RegularGridInterpolator, problem: InferenceProblem,
-            candidate: Candidate) -> Work:
+def visited_likelihood(table: Grid, interpolator: RegularGridInterpolator, problem: InferenceProblem,
+                       candidate: Candidate) -> Work:
     """The log10 likelihood of a candidate as a fit visits them: the shipped recordings are far from some of them."""
     inputs, noise = candidate.inputs, candidate.output_std
     exact = reference(problem, candidate)
@@ -146,15 +146,15 @@ def shifting_times() -> Work:
     script, jitted, compiled, vectorized = (
         "scipy solve_ivp, Python (12 engagements, scaled)", "scalar Dormand-Prince 5(4), numba",
         "scalar Dormand-Prince 5(4), C++", "diffrax, Dormand-Prince 5(4), 216 conditions at a time")
-    peers = {jitted: _simulated(scalar_dopri.shifting_times, simulator.DOPRI_TOLERANCE)}
+    peers = {jitted: _simulate(scalar_dopri.shifting_times, simulator.DOPRI_TOLERANCE)}
     left_out = {}
     if missing := scalar_cpp.missing():
         left_out[compiled] = missing
     else:
-        peers[compiled] = _simulated(scalar_cpp.shifting_times, simulator.DOPRI_TOLERANCE)
+        peers[compiled] = _simulate(scalar_cpp.shifting_times, simulator.DOPRI_TOLERANCE)
     if find_spec("diffrax"):
         from benchmarks import diffrax_peer
-        peers[vectorized] = _simulated(diffrax_peer.shifting_times, simulator.DIFFRAX_TOLERANCE)
+        peers[vectorized] = _simulate(diffrax_peer.shifting_times, simulator.DIFFRAX_TOLERANCE)
     else:
         left_out[vectorized] = "diffrax is not installed"
     peers[script] = Code(simulator.script, simulator.script_error,
@@ -164,8 +164,8 @@ def shifting_times() -> Work:
                 {jitted: 12.0, compiled: 12.0, script: 5000.0}, repeats=1, left_out=left_out)
 
 
-def _simulated(code: Callable[..., np.ndarray], tolerance: float) -> Code:
-    return Code(lambda: simulator.simulated(code, tolerance), lambda: simulator.simulated_error(code, tolerance))
+def _simulate(code: Callable[..., np.ndarray], tolerance: float) -> Code:
+    return Code(lambda: simulator.simulate(code, tolerance), lambda: simulator.simulated_error(code, tolerance))
 
 
 def effects() -> Iterator[Work]:

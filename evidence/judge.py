@@ -25,15 +25,15 @@ _DRIFTS = {"sequence": "run order", "time": "time"}
 class Verdict:
     """An answer beside the truth of its case.
 
-    `right_first`: the finding that gains most is right. `found` is the number of hidden effects in the answer, by name
-    or in a tie, `too_many` that of findings which are none of them. `wrong_and_sure`: such a finding has a confidence
-    of `SURE` or more. `sure`: a right finding has it. `right_block`: something is said of a part of the machine where
-    an effect acts. `named_unknown`: a finding has the name of a catalogued effect where none is hidden. `silent`:
-    nothing is said to be missing.
+    `right_first`: the finding that gains most is right. `effects_named` is the number of hidden effects in the answer,
+    by name or in a tie, `too_many` that of findings which are none of them. `wrong_and_sure`: such a finding has a
+    confidence of `SURE` or more. `sure`: a right finding has it. `right_block`: something is said of a part of the
+    machine where an effect acts. `named_unknown`: a finding has the name of a catalogued effect where none is hidden.
+    `silent`: nothing is said to be missing.
     """
 
     right_first: bool
-    found: int
+    effects_named: int
     too_many: int
     wrong_and_sure: bool
     sure: bool
@@ -55,7 +55,8 @@ def judge(answer: Answer, truth: Truth) -> Verdict:
         first is not None and any(compare_as(first.pair) in pairs for pairs in accepted),
         sum(any(pairs & said for said in [*named, explained]) for pairs in accepted), len(wrong),
         any(finding.confidence >= SURE for finding in wrong), any(finding.confidence >= SURE for finding in right),
-        bool(blocks & {*(block_of(finding.pair) for finding in answer.findings), *map(_joined, answer.unexplained)}),
+        bool(blocks & {*(block_of(finding.pair) for finding in answer.findings),
+                       *map(_merge_contact, answer.unexplained)}),
         any(finding.effect for finding in answer.findings) and not any(hidden.is_known for hidden in truth.hidden),
         answer.is_silent)
 
@@ -85,6 +86,6 @@ def compare_as(pair: Pair) -> Pair:
     return ("clearance", "pressure") if pair in _AIR else pair
 
 
-def _joined(block: str) -> str:
+def _merge_contact(block: str) -> str:
     """Return the part of the machine of a block; full contact is one of the clutch."""
     return "clutch" if block in ("contact", "onset") else block

@@ -37,10 +37,10 @@ class Difference:
 def compare_laws(answer: Answer, truth: Truth) -> list[Difference]:
     """Return the differences of those measured laws whose pair is a hidden one over the same number."""
     laws = {law.pair: law for law in answer.laws}
-    found = [compare(laws[hidden.pair], hidden, truth) for hidden in truth.hidden
-             if hidden.pair in laws and hidden.grid and _OVER.get(hidden.abscissa) == hidden.pair[1]
-             and hidden.abscissa not in _OTHER_NUMBER and hidden.quantity not in _OTHER_QUANTITY]
-    return [difference for difference in found if difference is not None]
+    differences = [compare(laws[hidden.pair], hidden, truth) for hidden in truth.hidden
+                   if hidden.pair in laws and hidden.grid and _OVER.get(hidden.abscissa) == hidden.pair[1]
+                   and hidden.abscissa not in _OTHER_NUMBER and hidden.quantity not in _OTHER_QUANTITY]
+    return [difference for difference in differences if difference is not None]
 
 
 def compare(law: LawOfPair, hidden: HiddenEffect, truth: Truth) -> Difference | None:

@@ -11,8 +11,8 @@ from slipstick.pictures.rendering import render
 
 STRENGTHS = (0.0, 1.0, 2.0, 3.5, 6.0, np.inf)
 """Between these strengths, in residuals over the noise, cases are counted together."""
-_SHARES = {"in the answer": lambda verdict: verdict.found > 0, "named first": lambda verdict: verdict.right_first,
-           "a wrong name": lambda verdict: verdict.too_many > 0}
+_SHARES = {"in the answer": lambda verdict: verdict.effects_named > 0,
+           "named first": lambda verdict: verdict.right_first, "a wrong name": lambda verdict: verdict.too_many > 0}
 _COLOURS = [theme.AFTER, theme.MEASURED, theme.BEFORE]
 
 

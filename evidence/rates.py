@@ -71,9 +71,9 @@ class Rate:
 Condition = Callable[[Entry, Verdict], bool]
 _ONE_EFFECT: dict[str, Condition] = {
     "right first": lambda entry, verdict: verdict.right_first,
-    "right in the answer": lambda entry, verdict: verdict.found == 1,
+    "right in the answer": lambda entry, verdict: verdict.effects_named == 1,
     "right and sure": lambda entry, verdict: verdict.sure,
-    "a name too many": lambda entry, verdict: verdict.found == 1 and verdict.too_many > 0,
+    "a name too many": lambda entry, verdict: verdict.effects_named == 1 and verdict.too_many > 0,
     "a wrong name that is sure": lambda entry, verdict: verdict.wrong_and_sure,
 }
 _SAID: dict[str, Condition] = {
@@ -82,12 +82,12 @@ _SAID: dict[str, Condition] = {
 _UNKNOWN: dict[str, Condition] = {
     "something said to be missing": lambda entry, verdict: not verdict.silent,
     "right block": lambda entry, verdict: verdict.right_block,
-    "right pair in the answer": lambda entry, verdict: verdict.found == 1,
+    "right pair in the answer": lambda entry, verdict: verdict.effects_named == 1,
     "a name of the catalogue": lambda entry, verdict: verdict.named_unknown,
     "a wrong name that is sure": lambda entry, verdict: verdict.wrong_and_sure}
 _TWO: dict[str, Condition] = {
-    "both in the answer": lambda entry, verdict: verdict.found == 2,
-    "one in the answer": lambda entry, verdict: verdict.found >= 1,
+    "both in the answer": lambda entry, verdict: verdict.effects_named == 2,
+    "one in the answer": lambda entry, verdict: verdict.effects_named >= 1,
     "a name too many": lambda entry, verdict: verdict.too_many > 0,
     "a wrong name that is sure": lambda entry, verdict: verdict.wrong_and_sure}
 
@@ -201,8 +201,8 @@ class Comparison:
 
 _PAIRED: dict[str, tuple[_Choice, Callable[[Verdict], bool], bool]] = {
     "right first": (lambda entry: _has_effect(entry) and entry.is_visible, lambda verdict: verdict.right_first, False),
-    "right in the answer": (lambda entry: _has_effect(entry) and entry.is_visible, lambda verdict: verdict.found > 0,
-                            False),
+    "right in the answer": (lambda entry: _has_effect(entry) and entry.is_visible,
+                            lambda verdict: verdict.effects_named > 0, False),
     "no name too many": (_has_effect, lambda verdict: verdict.too_many == 0, False),
     "no wrong name that is sure": (lambda entry: True, lambda verdict: not verdict.wrong_and_sure, False),
     "no false alarm": (lambda entry: not _has_effect(entry) and "/fixed-" not in entry.truth.case,

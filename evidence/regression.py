@@ -26,10 +26,10 @@ def summarise(entry: Entry) -> str:
     if not entry.truth.hidden:
         return "silent" if verdict.silent else "something said"
     of = f" of {len(entry.truth.hidden)}" if len(entry.truth.hidden) > 1 else ""
-    words = (f"right first{of and f', {verdict.found}{of}'}" if verdict.right_first
-             else f"in the answer{of and f', {verdict.found}{of}'}" if verdict.found
+    words = (f"right first{of and f', {verdict.effects_named}{of}'}" if verdict.right_first
+             else f"in the answer{of and f', {verdict.effects_named}{of}'}" if verdict.effects_named
              else "right block" if verdict.right_block else "silent" if verdict.silent else "missed")
-    return words + (", a name too many" if verdict.too_many and verdict.found else "")
+    return words + (", a name too many" if verdict.too_many and verdict.effects_named else "")
 
 
 def check(dask: str | None = None) -> int:

@@ -95,21 +95,21 @@ def answer_cases(method: str, cases: Iterable[tuple[str, int]], dask: str | None
 
     answer = partial(_answer_as_json, method, work, name_commit())  # of the modules that are imported now
     with explained():
-        for _, result in run_jobs(answer, list(cases), _kept(method, work), open_executor):
+        for _, result in run_jobs(answer, list(cases), _name_kept(method, work), open_executor):
             yield _entry(result)
 
 
 def read_entries(method: str, work: Path = WORK) -> dict[Job, Entry]:
     """Return the entries that are kept of a method, by suite and seed."""
-    return {case: _entry(result) for case, result in read_results(_kept(method, work)).items()}
+    return {case: _entry(result) for case, result in read_results(_name_kept(method, work)).items()}
 
 
 def forget_entries(method: str, work: Path = WORK) -> None:
     """Delete the answers that are kept of a method."""
-    _kept(method, work).unlink(missing_ok=True)
+    _name_kept(method, work).unlink(missing_ok=True)
 
 
-def _kept(method: str, work: Path) -> Path:
+def _name_kept(method: str, work: Path) -> Path:
     return work / f"answers-{method}.jsonl"
 
 

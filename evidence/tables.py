@@ -53,7 +53,7 @@ def _row(entry: Entry) -> tuple[object, ...]:
             " + ".join(f"{each.share:g}" for each in hidden), " + ".join(f"{each.strength:.2g}" for each in hidden),
             _findings(answer.findings), _findings([each for each in entry.answer.findings if not each.reported]),
             " + ".join(answer.unexplained), " + ".join(map(_words, answer.explanations)), int(verdict.right_first),
-            verdict.found, verdict.too_many, int(verdict.wrong_and_sure), len(answer.set_aside), answer.seconds,
+            verdict.effects_named, verdict.too_many, int(verdict.wrong_and_sure), len(answer.set_aside), answer.seconds,
             answer.error)
 
 

@@ -71,7 +71,7 @@ def study_case(suite: str, seed: int) -> WholeStudy:
     agrees = [each.confirmation.agrees for each in result.findings if each.confirmation.agrees is not None]
     gap = result.gap
     return WholeStudy(
-        truth.case, not truth.hidden, verdict.found == len(truth.hidden) and not verdict.too_many,
+        truth.case, not truth.hidden, verdict.effects_named == len(truth.hidden) and not verdict.too_many,
         result.before.converged + result.after.converged, 2, all(agrees),
         None if gap is None else _closures(gap.closures),
         None if gap is None or gap.control is None else _closures(gap.control.closures))

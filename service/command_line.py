@@ -16,11 +16,11 @@ from .tokens import ROLES, new_token
 
 _EXAMPLES = """\
 examples:
-  python -m service
-  SLIPSTICK_PORT=9000 SLIPSTICK_LOG=json python -m service
-  SLIPSTICK_HOST=0.0.0.0 SLIPSTICK_HOSTS=bench.example SLIPSTICK_TOKENS=tokens.txt python -m service
+  slipstick serve
+  SLIPSTICK_PORT=9000 SLIPSTICK_LOG=json slipstick serve
+  SLIPSTICK_HOST=0.0.0.0 SLIPSTICK_HOSTS=bench.example SLIPSTICK_TOKENS=tokens.txt slipstick serve
 
-Fits and studies also need a worker on the same job database: python -m worker serve-jobs
+Fits and studies also need a worker on the same job database: slipstick work
 More: docs/settings.md, docs/operations.md, docs/rest.md"""
 _WIDTH = 100
 _SWITCH_SECONDS = 0.001
@@ -65,14 +65,14 @@ def _require_address(settings: Settings) -> None:
 def main() -> int:
     """Serve until SIGTERM or SIGINT, or make a token; return 1 for every `SlipstickError` and invalid setting."""
     parser = argparse.ArgumentParser(
-        prog="python -m service", description=_description(), epilog=_epilog(),
+        prog=f"python -m {__package__}", description=_description(), epilog=_epilog(),
         formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--version", action="version", version=f"Slipstick {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", title="commands (without one: serve)")
     token = commands.add_parser(
         "token", help="make a token for a user of the service", description="Make a token: its line of the token file "
         "on standard output, the token itself, which is shown this once, on standard error.",
-        epilog="example: python -m service token alice run >> tokens.txt")
+        epilog="example: slipstick token alice run >> tokens.txt")
     token.add_argument("name", help="name of its owner, which appears in the log")
     token.add_argument("role", choices=ROLES, help="what its owner may do; each role includes those before it")
     arguments = parser.parse_args()
@@ -100,7 +100,7 @@ def main() -> int:
         return 1
     except ValidationError as error:
         for one in error.errors():
-            print(f"error: SLIPSTICK_{str(one['loc'][0]).upper()} is invalid: {one['msg']}. `python -m service --help` "
+            print(f"error: SLIPSTICK_{str(one['loc'][0]).upper()} is invalid: {one['msg']}. `slipstick serve --help` "
                   "describes it.", file=sys.stderr)
         return 1
     return 0

@@ -94,7 +94,7 @@ class FitRequest(StrictModel):
         default=False, description="Whether to run the simulator instead of interpolating the table. The simulator "
                                    "uses the model of the table, and any of its parameters can be an input. Inputs are "
                                    "clipped to the bounds of the bench, or to the ranges of another machine, whose "
-                                   "file the worker needs (`serve-jobs --machine`).")
+                                   "file the worker needs (`work --machine`).")
     bench: BenchName = None
     parameters: list[str] | None = Field(
         default=None, min_length=1, max_length=20, examples=[["pressure_bias", "initial_position"]],

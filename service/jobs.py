@@ -191,9 +191,9 @@ def bench_input(library: Library, name: str | None) -> dict[str, Any]:
 def job_fields(store: JobStore, job: WorkflowStatus, *links: str) -> dict[str, Any]:
     """Return the fields of `Job` and of the job's input, with `links` to the named sub-resources."""
     status, address = STATUS[job.status], f"{store.address}/{job.workflow_id}"
-    queued = "Waiting for a worker. If none is running, start one with `python -m worker serve-jobs`"
+    queued = "Waiting for a worker. If none is running, start one with `slipstick work`"
     running = (f"If its worker '{job.executor_id}' stops, another one takes over within 10 s; /v1/health says how many "
-               "are alive. Start one with `python -m worker serve-jobs`")
+               "are alive. Start one with `slipstick work`")
     return {
         **input_of(job), "id": job.workflow_id, "status": status,
         "note": {"queued": queued, "running": running}.get(status),

@@ -86,7 +86,7 @@ class LawList(BaseModel):
 
 
 class ModelSpec(BaseModel):
-    """A model specification in the format that `python -m worker build --model` reads."""
+    """A model specification in the format that `slipstick build --model` reads."""
 
     parameters: dict[str, float] = Field(description="Values of the parameters, by name.")
     units: dict[str, str] = Field(description="Units of the parameters, by name.")

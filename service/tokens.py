@@ -1,6 +1,6 @@
 """Bearer tokens: who may send requests, with which of three roles. The file holds their digests only.
 
-A line of the file is `NAME ROLE DIGEST`, and `python -m service token NAME ROLE` makes one with its token. A token has
+A line of the file is `NAME ROLE DIGEST`, and `slipstick token NAME ROLE` makes one with its token. A token has
 256 random bits, so its SHA-256 cannot be reversed by guessing, and needs neither salt nor stretching.
 """
 
@@ -30,7 +30,7 @@ _LINE = re.compile(rf"(?P<name>{_NAME})\s+(?P<role>{'|'.join(ROLES)})\s+(?P<dige
 READING = ("GET", "HEAD", "OPTIONS")
 """Methods that change nothing."""
 _OPEN = ("/docs", "/openapi.json", "/v1/health", "/v1/live", "/v1/ready")
-_REMEDY = "Write each line as `python -m service token NAME ROLE` prints it"
+_REMEDY = "Write each line as `slipstick token NAME ROLE` prints it"
 
 
 class BadTokens(SlipstickError):
@@ -111,7 +111,7 @@ def tokens_of(settings: Settings) -> Tokens | None:
         return tokens
     if settings.tokens is None and not _is_loopback(settings.host):
         raise BadTokens(f"The service would listen on '{settings.host}' without tokens",
-                        "Set SLIPSTICK_TOKENS to a token file (`python -m service token NAME ROLE` makes its lines), "
+                        "Set SLIPSTICK_TOKENS to a token file (`slipstick token NAME ROLE` makes its lines), "
                         "or to `off` if a proxy in front of the service authenticates")
     return None
 

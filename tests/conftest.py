@@ -163,7 +163,7 @@ def launch() -> Iterator[Callable[..., subprocess.Popen[bytes]]]:
     started: list[subprocess.Popen[bytes]] = []
 
     def start(*arguments: str, **environment: str) -> subprocess.Popen[bytes]:
-        quiet = ["--no-compile"] if "serve-jobs" in arguments else []  # it takes time that tests need
+        quiet = ["--no-compile"] if "work" in arguments else []  # it takes time that tests need
         command = [sys.executable, "-m", *arguments, *quiet]
         started.append(subprocess.Popen(command, cwd=ROOT, env={**os.environ, **environment}))
         return started[-1]

@@ -62,7 +62,7 @@ def test_the_straightforward_implementation_simulates_the_same_bench() -> None:
 @pytest.mark.slow
 def test_the_scalar_codes_take_the_same_steps() -> None:
     """Up to rounding, which decides in a few engagements whether a step across a kink is accepted."""
-    compiled, jitted = (simulator.simulated(code, simulator.DOPRI_TOLERANCE, np.array([0, 2499]))
+    compiled, jitted = (simulator.simulate(code, simulator.DOPRI_TOLERANCE, np.array([0, 2499]))
                         for code in (scalar_cpp.shifting_times, scalar_dopri.shifting_times))
     assert np.quantile(np.abs(compiled - jitted), 0.9) < 1e-9
     np.testing.assert_allclose(compiled, jitted, atol=1e-4)
@@ -73,7 +73,7 @@ def test_diffrax_simulates_the_same_bench() -> None:
     from benchmarks import diffrax_peer
 
     rows = np.array([0, 1275])
-    times = simulator.simulated(diffrax_peer.shifting_times, simulator.DIFFRAX_TOLERANCE, rows)
+    times = simulator.simulate(diffrax_peer.shifting_times, simulator.DIFFRAX_TOLERANCE, rows)
     ours, _ = ensemble.shifting_times(simulator.MODEL, simulator.CONDITIONS, simulator.AXES, simulator.GRID[rows])
     np.testing.assert_allclose(times, ours, atol=1e-3)
 

@@ -1,56 +1,102 @@
-"""`python -m worker COMMAND`: each command is a module of this package with `add_arguments` and `run`."""
+"""The command: `slipstick COMMAND`, or `python -m worker COMMAND` from the root of a checkout.
+
+Each command is a module of this package with `add_arguments` and `run`, imported only when it runs.
+"""
 
 import argparse
 import importlib
 import keyword
 import sys
 from collections.abc import Sequence
+from typing import Any, NoReturn
 
+from slipstick import __version__
 from slipstick.errors import SlipstickError
+from slipstick.extras import remedy_of
 from slipstick.interruption import exit_with, interrupt_by_exception
 
-COMMANDS = {
-    "bench": "write a template of a bench file (`new`), or check one and show what the bench does (`check`)",
-    "build": "simulate a table of shifting times on a grid; after an interruption the same command resumes the build",
-    "calibrate": "fit the uncertain parameters of a bench and their scatter from run to run to recordings",
-    "import": "make recordings of the files of a data-acquisition system (MDF, MATLAB, CSV, Parquet), by a mapping",
-    "serve-jobs": "run the fits and studies submitted to the service; interrupted jobs resume at the next start",
-    "simulate": "write recordings of a simulated bench, with noise, scatter and effects, to study what they would show",
-    "study": "identify the physical effect that recordings show and the model lacks, and measure the improvement",
-    "surrogate": "train a neural-network table over any number of parameters on simulations at random points",
-    "verify": "check the integrity of a table, describe it, and compare it with direct simulation",
+from .program import program
+
+GROUPS = {
+    "first steps": {
+        "demo": "show tables, fits, a study and the pages of the service on shipped recordings, within two minutes",
+        "study": "identify the physical effect that recordings show and the model lacks, and measure the improvement",
+        "import": "make recordings of the files of a data-acquisition system (MDF, MATLAB, CSV, Parquet), by a mapping",
+        "bench": "write a template of a bench file (`new`), or check one and show what the bench does (`check`)"},
+    "tables": {
+        "build": "simulate a table of shifting times on a grid; the same command resumes a build that was interrupted",
+        "surrogate": "train a neural-network table over any number of parameters on simulations at random points",
+        "verify": "check the integrity of a table, describe it, and compare it with direct simulation",
+        "simulate": "write recordings of a simulated bench, to see beforehand what a study of them would show"},
+    "parameters": {
+        "calibrate": "fit the uncertain parameters of a bench and their scatter from run to run to recordings",
+        "fit": "fit mean and scatter of parameters to measured shifting times, on a table or by direct simulation",
+        "likelihood": "compute the likelihood of recordings under a distribution of the inputs of a table",
+        "propagate": "propagate uncertain inputs through a table: mean, std, quantiles and Sobol indices"},
+    "service": {
+        "serve": "start the REST service and its pages, with a worker if wanted (`--with-worker`)",
+        "work": "run the fits and studies submitted to the service; interrupted jobs resume at the next start",
+        "token": "make a token for a user of the service",
+        "completion": "print the completion of commands and options for bash, zsh or fish"},
 }
-"""Command -> description. The command `some-name` is the module worker/some_name.py, imported only when it runs; the
-module of a command that is a keyword of Python, such as `import`, ends in an underscore."""
+"""Group -> command -> description."""
+COMMANDS = {name: description for group in GROUPS.values() for name, description in group.items()}
+_FORMER = {"serve-jobs": "work"}
+"""Former name of a command -> its name."""
+
+
+def command() -> NoReturn:
+    """The program `slipstick`."""
+    exit_with(main)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status: 1 for every `SlipstickError`, and where files or memory fail."""
-    listing = "\n".join(f"  {name:12} {description}" for name, description in COMMANDS.items())
-    parser = argparse.ArgumentParser(prog="python -m worker", epilog=f"commands:\n{listing}",
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("command", choices=COMMANDS, metavar="COMMAND",
-                        help="one of the commands below; COMMAND --help lists its options")
+    groups = [[f"{group}:", *(f"  {name:11} {description}" for name, description in names.items())]
+              for group, names in GROUPS.items()]
+    listing = "\n\n".join("\n".join(lines) for lines in groups)
+    parser = argparse.ArgumentParser(
+        prog=program(), usage="%(prog)s COMMAND ...",
+        epilog=f"{listing}\n\n{program()} COMMAND --help lists the options of a command.",
+        description="Find where the simulation of a machine and its test bench disagree, and which effect explains it.",
+        formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--version", action="version", version=f"Slipstick {__version__}")
+    parser.add_argument("command", choices=(*COMMANDS, *_FORMER), metavar="COMMAND", help="one of the commands below")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
     parsed = parser.parse_args(arguments)
-    module = parsed.command.replace("-", "_")
-    command = importlib.import_module(f"{__package__}.{module}{'_' if keyword.iskeyword(module) else ''}")
-    command_parser = argparse.ArgumentParser(prog=f"python -m worker {parsed.command}",
-                                             description=COMMANDS[parsed.command])
-    command.add_arguments(command_parser)
-    parsed = command_parser.parse_args(parsed.arguments)
-    interrupt_by_exception()
     try:
-        return int(command.run(parsed))
+        given = command_parser(parsed.command).parse_args(parsed.arguments)
+        interrupt_by_exception()
+        return int(module_of(parsed.command).run(given))
     except SlipstickError as error:
-        print(f"error: {error}", file=sys.stderr)
+        message = str(error)
+    except ImportError as error:
+        remedy = remedy_of(error)
+        if remedy is None:
+            raise
+        message = remedy
     except OSError as error:  # such as a folder that cannot be written
         where = f" '{error.filename}'" if error.filename else ""
-        print(f"error: {error.strerror or error}{where}", file=sys.stderr)
+        message = f"{error.strerror or error}{where}"
     except MemoryError as error:
-        print(f"error: There is not enough memory: {error}. Give fewer points, runs or axes.", file=sys.stderr)
+        message = f"There is not enough memory: {error}. Give fewer points, runs or axes."
+    print(f"error: {message}", file=sys.stderr)
     return 1
 
 
+def command_parser(name: str) -> argparse.ArgumentParser:
+    """The parser of a command."""
+    name = _FORMER.get(name, name)
+    parser = argparse.ArgumentParser(prog=f"{program()} {name}", description=COMMANDS[name])
+    module_of(name).add_arguments(parser)
+    return parser
+
+
+def module_of(name: str) -> Any:
+    """The module of a command; that of a keyword of Python, such as `import`, ends in an underscore."""
+    name = _FORMER.get(name, name)
+    return importlib.import_module(f"{__package__}.{name}{'_' if keyword.iskeyword(name) else ''}")
+
+
 if __name__ == "__main__":
-    exit_with(main)
+    command()

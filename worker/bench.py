@@ -14,6 +14,7 @@ from slipstick.plausibility.picture import picture
 from slipstick.storage.files import replacing
 
 from .bench_option import bench_file
+from .program import command_line
 
 _FORMS: dict[str, Literal["svg", "png"]] = {".svg": "svg", ".png": "png"}
 
@@ -43,7 +44,7 @@ def _write_template(path: Path) -> int:
             file.write((files("slipstick.bench") / "template.toml").read_bytes())
     except FileExistsError:
         raise InvalidValue(f"'{path}' already exists", "Choose another name, or remove the file") from None
-    print(f"Wrote {path}\nReplace its values by those of your bench, then: python -m worker bench check {path}")
+    print(f"Wrote {path}\nReplace its values by those of your bench, then: {command_line('bench', 'check', path)}")
     return 0
 
 

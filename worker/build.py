@@ -20,8 +20,9 @@ from slipstick.interface.build import ACCURACIES, PAPER_AXES, build
 from slipstick.interface.progress import ProgressLine
 from slipstick.interruption import STATUS
 
-from .bench_option import add_simulated_arguments, command_line, open_simulated
+from .bench_option import add_simulated_arguments, open_simulated
 from .executors import add_dask_argument, cluster_at
+from .program import command_line
 
 
 class Simulated(TypedDict):

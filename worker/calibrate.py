@@ -8,8 +8,9 @@ from slipstick.errors import InvalidValue
 from slipstick.interface.calibrate import calibrate
 from slipstick.interface.progress import ProgressLine
 
-from .bench_option import add_bench_argument, command_line, open_recordings
+from .bench_option import add_bench_argument, open_recordings
 from .orders import add_time_budget_argument
+from .program import command_line
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

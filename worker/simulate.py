@@ -9,7 +9,8 @@ from slipstick.interface.simulate import simulate
 from slipstick.recordings import Recordings
 from slipstick.recordings.simulated import SIMULATED
 
-from .bench_option import add_simulated_arguments, command_line, open_simulated
+from .bench_option import add_simulated_arguments, open_simulated
+from .program import command_line
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

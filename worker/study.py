@@ -12,8 +12,9 @@ from slipstick.interface.study import study
 from slipstick.studies import StudySettings
 from slipstick.time_budget import TimeBudgetEnded
 
-from .bench_option import add_bench_argument, command_line, open_recordings
+from .bench_option import add_bench_argument, open_recordings
 from .orders import add_time_budget_argument
+from .program import command_line
 from .study_text import study_text
 
 

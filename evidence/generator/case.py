@@ -78,8 +78,8 @@ def measure(case: Case, run: Run) -> tuple[np.ndarray, sensors.Signals]:
     noisy = run.lock_time + world.time_noise * random.standard_normal(len(run.lock_time))
     times = np.maximum(np.round(noisy / TIME_STEP), 1) * TIME_STEP
     factor = np.where(second_batch(run.order), 1.3, 0.7)[:, None] if world.batches else 1.0
-    signals = sensors.measured(run.readings, {name: world.noise[name] * factor for name in SENSORS}, world.memory,
-                               random)
+    signals = sensors.add_noise(run.readings, {name: world.noise[name] * factor for name in SENSORS}, world.memory,
+                                random)
     bad_runs.corrupt(signals, case.bench.time, bad_runs_of(case, run.conditions))
     return times, signals
 

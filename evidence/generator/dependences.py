@@ -34,7 +34,7 @@ SENSOR_BLOCKS = {"pressure": "pressure", "input_speed": "input speed", "output_s
                  "output_torque": "torque"}
 
 
-def _known() -> list[Dependence]:
+def _list_known() -> list[Dependence]:
     """What a catalogue of such a clutch would list."""
     listed = [
         Dependence(("line pressure", "motor speed"), "pressure", "pressure_gain", "motor_speed", "ratio"),
@@ -87,7 +87,7 @@ _QUANTITIES = {  # words, block, law, and the abscissas on which it does not dep
     **{f"{signal}_sensor": (f"{signal.replace('_', ' ')} sensor", block, "difference", (signal, "time", "sequence"))
        for signal, block in SENSOR_BLOCKS.items()},
 }
-KNOWN: tuple[Dependence, ...] = tuple(_known())
+KNOWN: tuple[Dependence, ...] = tuple(_list_known())
 """Dependences that a catalogue would list."""
 KNOWN_PAIRS = frozenset(dependence.pair for dependence in KNOWN)
 UNKNOWN: tuple[Dependence, ...] = tuple(

@@ -33,7 +33,7 @@ def draw_effect(dependence: Dependence, nominal: Run, random: np.random.Generato
     return draw(dependence, nominal, random)
 
 
-def visited(quantity: str, abscissa: str, run: Run) -> np.ndarray:
+def collect_visited(quantity: str, abscissa: str, run: Run) -> np.ndarray:
     """Return the abscissas (m,) where an effect on the quantity acts.
 
     These are, for friction, the samples of slip in contact, and for the piston those before full contact.
@@ -73,7 +73,7 @@ def _draw_form(dependence: Dependence, random: np.random.Generator) -> tuple[Cur
 
 def _over(dependence: Dependence, nominal: Run, magnitude: bool = False) -> Callable[[np.ndarray], np.ndarray]:
     """Return the map of an abscissa, or its magnitude, to the share of the visited range."""
-    values = visited(dependence.quantity, dependence.abscissa, nominal)
+    values = collect_visited(dependence.quantity, dependence.abscissa, nominal)
     low, high = bounds_of(np.abs(values) if magnitude else values)
     return lambda x: ((np.abs(x) if magnitude else x) - low) / (high - low)
 

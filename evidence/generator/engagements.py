@@ -73,14 +73,14 @@ class Engagements:
             effects_on.setdefault(acting.effect.quantity, []).append(acting)
         return effects_on
 
-    def affected(self, quantity: str) -> bool:
+    def is_affected(self, quantity: str) -> bool:
         """Return whether an effect changes the quantity."""
         return quantity in self._effects_on
 
     def with_effects(self, quantity: str, value: np.ndarray, q: Quantities) -> np.ndarray:
         """Return the value (n,) with all effects on the quantity, and put it into `q`."""
         for acting in self._effects_on.get(quantity, ()):
-            value = changed(acting, value, q[acting.effect.abscissa])
+            value = apply_effect(acting, value, q[acting.effect.abscissa])
         q[quantity] = value
         return value
 
@@ -126,7 +126,7 @@ class Engagements:
         q = switching.quantities(time[lanes], new_state, phase[:, lanes])
         stopped = (mode == SLIP) & ~synchronised
         new_state[OUTPUT] = np.where(stopped, 0, np.where(synchronised, new_state[INPUT] / ratio, new_state[OUTPUT]))
-        for _ in range(4 if self.affected("shaft_compliance") else 0):  # the compliance may depend on the twist
+        for _ in range(4 if self.is_affected("shaft_compliance") else 0):  # the compliance may depend on the twist
             twist = compliance(switching, new_state, q) * q["output_torque"]
             new_state[TWIST] = np.where(synchronised, twist, new_state[TWIST])
         phase[1, lanes] = np.where(synchronised, STICK, np.where(mode == SLIP, REST, SLIP))
@@ -152,7 +152,7 @@ class Engagements:
         return q
 
 
-def changed(acting: Acting, value: np.ndarray, abscissa: np.ndarray) -> np.ndarray:
+def apply_effect(acting: Acting, value: np.ndarray, abscissa: np.ndarray) -> np.ndarray:
     """Return the values (n, ...) of a quantity with an effect at the abscissas (n, ...)."""
     law = acting.effect.law(acting.amplitude, abscissa)
     acts = acting.acts.reshape(-1, *[1] * (np.ndim(value) - 1))

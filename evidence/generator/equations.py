@@ -45,7 +45,7 @@ class Lanes(Protocol):
     bench: Bench
     sag: float
 
-    def affected(self, quantity: str) -> bool:
+    def is_affected(self, quantity: str) -> bool:
         """Return whether an effect changes the quantity."""
 
     def with_effects(self, quantity: str, value: np.ndarray, q: Quantities) -> np.ndarray:
@@ -97,7 +97,7 @@ def clutch(lanes: Lanes, q: Quantities, rates: np.ndarray, state: np.ndarray, ph
     contact = z / (clearance - v["beta"]) * np.maximum(0, q["chamber_pressure"])
     contact = lanes.with_effects("contact_pressure", contact, q)
     friction = regime * lanes.with_effects("friction_coefficient", v["alpha"], q) * 1e5 * contact
-    friction = _lagged(lanes, "friction_lag", FRICTION, friction, q, rates, state)
+    friction = _apply_lag(lanes, "friction_lag", FRICTION, friction, q, rates, state)
     film = lanes.with_effects("film_coefficient", v["gamma"], q)
     shortest = v["eps"] * clearance
     inverse_gap = np.where(s > 0, (1 - s) * (1 + 2 * s) / shortest, 1 / np.maximum(clearance - z, shortest))
@@ -112,7 +112,7 @@ def shafts(lanes: Lanes, q: Quantities, rates: np.ndarray, state: np.ndarray, ph
     """Add the converter, both shafts and the load."""
     v, mode, speed = lanes.values, phase[1], state[INPUT]
     converter = lanes.with_effects("converter_torque", _converter_torque(lanes, speed), q)
-    lagged = _lagged(lanes, "converter_lag", CONVERTER, converter, q, rates, state)
+    lagged = _apply_lag(lanes, "converter_lag", CONVERTER, converter, q, rates, state)
     drive = lagged - lanes.with_effects("input_drag", v["biv"] * speed + v["Tic"], q)
     brake = lanes.with_effects("brake_torque", lanes.brake_torque, q)
     load = lanes.with_effects("load_torque", v["bov"] * state[OUTPUT] + brake, q)
@@ -122,7 +122,7 @@ def shafts(lanes: Lanes, q: Quantities, rates: np.ndarray, state: np.ndarray, ph
     held_torque = drive - v["Ji"] * rigid
     stick_margin = q["friction_torque"] * (1 + 1e-6) - np.abs(held_torque)
     softness = compliance(lanes, state, q)
-    if lanes.affected("shaft_compliance"):  # a compliant shaft never slips again after lock-up
+    if lanes.is_affected("shaft_compliance"):  # a compliant shaft never slips again after lock-up
         reduced = 1 / (1 / lanes.load_inertia + 1 / (v["Ji"] * v["gr"] ** 2))
         damping = 2 * RING_DAMPING * np.sqrt(reduced / softness)
         held_torque = (state[TWIST] / softness + damping * slip) / v["gr"]
@@ -154,9 +154,9 @@ def _converter_torque(lanes: Lanes, speed: np.ndarray) -> np.ndarray:
     return motor_speed**2 * (np.interp(ratio, bench.speed_ratio, bench.torque_ratio) / capacity**2)
 
 
-def _lagged(lanes: Lanes, lag: str, memory: int, value: np.ndarray, q: Quantities,
-            rates: np.ndarray, state: np.ndarray) -> np.ndarray:
-    if not lanes.affected(lag):
+def _apply_lag(lanes: Lanes, lag: str, memory: int, value: np.ndarray, q: Quantities,
+               rates: np.ndarray, state: np.ndarray) -> np.ndarray:
+    if not lanes.is_affected(lag):
         return value
     rates[memory] = (value - state[memory]) / lanes.with_effects(lag, np.zeros_like(value), q)
     return state[memory]

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.signal import lfilter
 
-from .engagements import Engagements, changed
+from .engagements import Engagements, apply_effect
 
 Signals = dict[str, np.ndarray]
 BITS = 12
@@ -17,7 +17,7 @@ def read(name: str, quantities: Signals, engagements: Engagements) -> np.ndarray
     reading = quantities[name]
     for acting in engagements.effects:
         if acting.effect.quantity == f"{name}_sensor":
-            reading = changed(acting, reading, quantities[acting.effect.abscissa])
+            reading = apply_effect(acting, reading, quantities[acting.effect.abscissa])
     for acting in engagements.effects:
         if acting.effect.quantity == f"{name}_sensor_lag":
             assert acting.effect.response is not None
@@ -26,8 +26,8 @@ def read(name: str, quantities: Signals, engagements: Engagements) -> np.ndarray
     return reading
 
 
-def measured(readings: Signals, std: Mapping[str, np.ndarray | float], memory: Mapping[str, float],
-             random: np.random.Generator) -> Signals:
+def add_noise(readings: Signals, std: Mapping[str, np.ndarray | float], memory: Mapping[str, float],
+              random: np.random.Generator) -> Signals:
     """Add noise of the `std`, in the unit of each signal (a number or (n, 1)), and round to `BITS` bits of its range.
 
     `memory` is the correlation of the noise of successive samples.

@@ -8,7 +8,7 @@ import numpy as np
 from .bad_runs import BadRun
 from .case import Case, Hidden, bad_runs_of
 from .dependences import KNOWN_PAIRS
-from .draw_effect import visited
+from .draw_effect import collect_visited
 from .run import Run
 
 _PARAMETERS = {"friction_coefficient": "alpha", "pressure_gain": "k", "film_coefficient": "gamma",
@@ -75,7 +75,7 @@ def _describe(hidden: Hidden, run: Run, means: dict[str, float]) -> HiddenEffect
     effect = hidden.effect
     grid = change = visits = np.zeros(0)
     if effect.plays is None and effect.response is None:
-        abscissas = visited(effect.quantity, effect.abscissa, run)
+        abscissas = collect_visited(effect.quantity, effect.abscissa, run)
         grid = np.linspace(*np.quantile(abscissas, (0.01, 0.99)), 41)
         edges = np.concatenate([[-np.inf], (grid[1:] + grid[:-1]) / 2, [np.inf]])
         visits = np.histogram(abscissas, edges)[0] / abscissas.size

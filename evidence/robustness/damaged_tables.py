@@ -92,20 +92,20 @@ def make_hostile(content: bytes, rng: np.random.Generator) -> bytes:
 def _hostile_edits(rng: np.random.Generator) -> list[Edit]:
     path = str(rng.choice(_DATASETS))
 
-    def shaped(shape: tuple[int, ...], chunks: tuple[int, ...]) -> Edit:
+    def declare_shape(shape: tuple[int, ...], chunks: tuple[int, ...]) -> Edit:
         return lambda file: _replace(file, path, None, shape=shape, chunks=chunks, dtype="f8")
 
-    def linked(link: object) -> Edit:
+    def link_to(link: object) -> Edit:
         def edit(file: h5py.File) -> None:
             del file[path]
             file[path] = link
 
         return edit
 
-    def reshaped(change: Callable[[np.ndarray], np.ndarray]) -> Edit:
+    def reshape(change: Callable[[np.ndarray], np.ndarray]) -> Edit:
         return lambda file: _replace(file, path, change(file[path][()]))
 
-    def valued(value: float) -> Edit:
+    def set_value(value: float) -> Edit:
         def edit(file: h5py.File) -> None:
             values = file[path][()].astype("f8")
             values.flat[int(rng.integers(values.size))] = value
@@ -113,26 +113,26 @@ def _hostile_edits(rng: np.random.Generator) -> list[Edit]:
 
         return edit
 
-    def named(order: bytes) -> Edit:
+    def set_order(order: bytes) -> Edit:
         return lambda file: file["axes"].attrs.__setitem__("order", np.bytes_(order))
 
-    def virtual(file: h5py.File) -> None:
+    def make_virtual(file: h5py.File) -> None:
         layout = h5py.VirtualLayout(file[path].shape, "f8")
         layout[...] = h5py.VirtualSource("/etc/passwd", "x", shape=file[path].shape)
         del file[path]
         file.create_virtual_dataset(path, layout)
 
-    def compressed(file: h5py.File) -> None:
+    def compress(file: h5py.File) -> None:
         _replace(file, path, np.zeros(1 << 24), chunks=(1 << 24,), compression=9)
 
     return [
-        shaped((1 << 40, 1 << 20), (1, 1)), shaped((1 << 31,), (1 << 28,)), shaped((0, 0), (1, 1)),
-        reshaped(lambda values: values[..., None]), reshaped(lambda values: values.ravel()[:1]),
-        reshaped(lambda values: values[:0]), reshaped(np.atleast_3d),
-        linked(h5py.SoftLink("/")), linked(h5py.SoftLink("/nowhere")), linked(h5py.ExternalLink("/etc/passwd", "/")),
-        valued(np.inf), valued(-np.inf), virtual, compressed,
-        named(b"[]"), named(b"{}"), named(b'["torque_constant", "torque_constant"]'), named(b'["../times", "x"]'),
-        named(b"[" * 100_000), named(b'["' + b"a" * 60_000 + b'"]'), named(b"[1, null]"), named(b'["torque_constant"]')]
+        declare_shape((1 << 40, 1 << 20), (1, 1)), declare_shape((1 << 31,), (1 << 28,)), declare_shape((0, 0), (1, 1)),
+        reshape(lambda values: values[..., None]), reshape(lambda values: values.ravel()[:1]),
+        reshape(lambda values: values[:0]), reshape(np.atleast_3d),
+        link_to(h5py.SoftLink("/")), link_to(h5py.SoftLink("/nowhere")), link_to(h5py.ExternalLink("/etc/passwd", "/")),
+        set_value(np.inf), set_value(-np.inf), make_virtual, compress,
+        set_order(b"[]"), set_order(b"{}"), set_order(b'["torque_constant", "torque_constant"]'), set_order(b'["../times", "x"]'),
+        set_order(b"[" * 100_000), set_order(b'["' + b"a" * 60_000 + b'"]'), set_order(b"[1, null]"), set_order(b'["torque_constant"]')]
 
 
 def _replace(file: h5py.File, path: str, values: np.ndarray | None, **options: Any) -> None:

@@ -644,20 +644,20 @@ def change_rows(case: Case, rng: Rng) -> Case:
     kind = draw(rng, ("cut", "doubled", "exchanged", "no names", "new names"))
     text, sample = case.text, _draw_sample(case, rng)
     line = text.lines[row := text.find(sample)]
-    one, two = sorted(map(int, rng.choice(len(line.cells), 2, replace=False)))
+    first, second = sorted(map(int, rng.choice(len(line.cells), 2, replace=False)))
     channels, lines, names = list(case.channels), [line], text.find(NAMES)
     if kind == "cut":
-        lines = [Line(line.cells[:two], sample)]
-        channels[two:] = [change(truth, hit=frozenset({sample}), due=MAYBE) for truth in channels[two:]]
+        lines = [Line(line.cells[:second], sample)]
+        channels[second:] = [change(truth, hit=frozenset({sample}), due=MAYBE) for truth in channels[second:]]
     elif kind == "doubled":
         lines = [line, line]
         channels = [change(truth, values=np.insert(truth.values, sample, truth.values[sample]))
                     if len(truth.values) else truth for truth in channels]
     elif kind == "exchanged":
         cells = list(line.cells)
-        cells[one], cells[two] = cells[two], cells[one]
+        cells[first], cells[second] = cells[second], cells[first]
         lines = [Line(tuple(cells), sample)]
-        for column, other in ((one, two), (two, one)):
+        for column, other in ((first, second), (second, first)):
             if column < len(columns := case.channels) and (truth := columns[column]).due != NEVER:
                 values, given = truth.values.copy(), columns[other] if other < len(columns) else truth
                 values[sample] = given.values[sample] if other < len(columns) and given.due != NEVER else np.nan

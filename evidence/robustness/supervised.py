@@ -59,7 +59,7 @@ class Stack:
         self.client = httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=10)
         self.programs = {"service": Program(lambda: self.start("service"))}
         for worker in ("worker-1", "worker-2"):
-            self.programs[worker] = Program(lambda name=worker: self.start("worker", "serve-jobs", "--name", name))
+            self.programs[worker] = Program(lambda name=worker: self.start("worker", "work", "--name", name))
         if server:
             self.programs["database"] = Program(lambda: self._restart(server))
 

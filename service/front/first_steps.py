@@ -16,16 +16,16 @@ def first_steps(library: Library, workers: int, jobs: int, address: str) -> str:
     bench = (benches or ["mine"])[-1]
     if not benches:
         steps.append(("Write a bench: parameters, sensors and conditions of your test bench in one file.",
-                      "python -m worker bench new tables/mine.toml"))
+                      "slipstick bench new tables/mine.toml"))
     if not library.tables():
         steps.append(("Build a table of shifting times of the bench. It takes about a minute.",
-                      f"python -m worker build --bench tables/{bench}.toml --out tables/nominal.h5"))
+                      f"slipstick build --bench tables/{bench}.toml --out tables/nominal.h5"))
     if not recordings:
         steps.append(("Upload recordings: one row for each engagement, or an HDF5 file with signals.",
                       f"curl --data-binary @mine.csv --header 'Content-Type: text/csv' '{address}/v1/recordings?name="
                       f"mine&bench={bench}'"))
     if not workers:
-        steps.append(("Start a worker, which runs fits and studies.", "python -m worker serve-jobs"))
+        steps.append(("Start a worker, which runs fits and studies.", "slipstick work"))
     if not jobs:
         name = recordings[-1] if recordings else "mine"
         steps.append(("Submit a study: which physical effect do the recordings show and the model lack?",

@@ -23,7 +23,7 @@ _STAGES = {"start": "starting the simulator, which is compiled at its first use"
            "refine": "refining the best candidate", "intervals": "computing intervals",
            "conclude": "assembling the result"}
 _NO_WORKER = ('<aside class="warnings"><p><strong>No worker is alive.</strong> Jobs wait until one is started: '
-              "<code>python -m worker serve-jobs</code></p></aside>")
+              "<code>slipstick work</code></p></aside>")
 Active = FitWithProgress | StudyWithProgress
 
 

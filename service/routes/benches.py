@@ -120,7 +120,7 @@ def upload_bench(name: NewBenchName, content: Annotated[bytes, Depends(_upload_b
     """Check a bench file (TOML) and store it.
 
     The request body is the file itself, with profiles and conditions inline: `curl --data-binary @bench.toml --header
-    'Content-Type: application/toml'`. `python -m worker bench new FILE` writes a template. An existing bench is never
+    'Content-Type: application/toml'`. `slipstick bench new FILE` writes a template. An existing bench is never
     replaced.
     """
     try:

@@ -38,7 +38,7 @@ class Health(BaseModel):
     tables: int = Field(description="Number of tables.")
     recordings: int = Field(description="Number of recordings.")
     workers: int = Field(description="Number of workers that are alive. If it is 0, no job runs: start one with "
-                                     "`python -m worker serve-jobs`.")
+                                     "`slipstick work`.")
     fits_waiting: int = Field(description="Number of fits in the queue.")
     fits_running: int = Field(description="Number of running fits.")
     studies_waiting: int = Field(description="Number of studies in the queue.")

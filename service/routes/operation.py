@@ -73,7 +73,7 @@ def ready(request: Request, library: LibraryDependency, fits: FitStore, workers:
             raise StoreUnavailable("The job database does not respond", "Check SLIPSTICK_JOBS, and the log") from error
         if alive < workers:
             raise StoreUnavailable(f"{alive} of {workers} workers are alive",
-                                   "Start workers with `python -m worker serve-jobs`")
+                                   "Start workers with `slipstick work`")
         return alive
 
     alive, _ = _all(database, folder)

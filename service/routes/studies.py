@@ -112,7 +112,7 @@ def study_result(id: StudyId, store: StudyStore, client: RevalidationDependency)
 def study_model(id: StudyId, store: StudyStore, which: Annotated[Literal["before", "after"], Query(
         description="`after`: the refitted model with what was found. `before`: the refitted model without it.",
         )] = "after") -> ModelSpec:
-    """Return a model of the study in the format that `python -m worker build --model` reads.
+    """Return a model of the study in the format that `slipstick build --model` reads.
 
     A finding is added as the effect of the catalogue that it is named after, or else as its measured law, where the
     simulation has such a quantity. If nothing is added, both models are the refitted model. The worker builds a table

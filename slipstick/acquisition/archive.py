@@ -80,7 +80,7 @@ def _files(content: bytes) -> dict[PurePosixPath, bytes]:
             entries = [entry for entry in archive.infolist() if not entry.is_dir()]
             if len(entries) > _MOST_FILES or sum(entry.file_size for entry in entries) > _MOST_BYTES:
                 raise BadRecording(f"The archive has more than {_MOST_FILES:,} files or {_MOST_BYTES:,} bytes",
-                                   "Split it, or import on the machine itself: `python -m worker import`")
+                                   "Split it, or import on the machine itself: `slipstick import`")
             # Programs of Windows may separate folders by a backslash.
             paths = [PurePosixPath(entry.filename.replace("\\", "/")) for entry in entries]
             files = {path: archive.read(entry) for path, entry in zip(paths, entries, strict=True)

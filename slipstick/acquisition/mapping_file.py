@@ -51,7 +51,7 @@ def read_mapping(content: bytes, name: str) -> ChannelMap:
         raise BadRecording(f"Byte {error.start} of {name} is not UTF-8", "Save the file as UTF-8") from None
     except BadBench as error:  # the reader of TOML documents is that of benches
         raise BadRecording(error.cause, error.remedy.replace(
-            "Add it; `python -m worker bench new FILE` writes a template",
+            "Add it; `slipstick bench new FILE` writes a template",
             "Add it; docs/your_files.md describes every key")) from None
 
 

@@ -93,7 +93,7 @@ class Section:
         if key in self.values:
             return self.values[key]
         if default is None:
-            raise self.error(key, "the key is missing", "Add it; `python -m worker bench new FILE` writes a template")
+            raise self.error(key, "the key is missing", "Add it; `slipstick bench new FILE` writes a template")
         return default
 
 

@@ -44,7 +44,7 @@ class BlackBox:
         except InvalidValue as error:
             raise BadBench(f"{path.name}: {error.cause}", error.remedy) from None
         except BadBench as error:  # the reader of TOML documents is that of benches
-            raise BadBench(error.cause, error.remedy.replace("`python -m worker bench new FILE` writes a template",
+            raise BadBench(error.cause, error.remedy.replace("`slipstick bench new FILE` writes a template",
                                                              "docs/any_machine.md describes every key")) from None
 
 

@@ -45,7 +45,7 @@ def build_grid(runs: GridRuns, out: Path | None, executor: Executor, report: Rep
     building the same table, or if a process of the executor is killed.
     """
     shape = (*runs.shape, len(runs.conditions))
-    with completed(runs, out, executor, report) as (folder, outputs, status):
+    with complete_chunks(runs, out, executor, report) as (folder, outputs, status):
         table = Grid(runs.axes, outputs.reshape(shape), status.reshape(shape), runs.conditions, runs.model, runs.origin)
         if out is not None and folder is not None:
             move(table.save(folder / out.name), out)
@@ -53,7 +53,7 @@ def build_grid(runs: GridRuns, out: Path | None, executor: Executor, report: Rep
 
 
 @contextmanager
-def completed(runs: Runs, out: Path | None, executor: Executor, report: Report) -> Iterator[Results]:
+def complete_chunks(runs: Runs, out: Path | None, executor: Executor, report: Report) -> Iterator[Results]:
     """Yield the folder of chunks, and outputs and statuses (m, n) at all points; after the block, delete the folder.
 
     Without `out` there is no folder. Raises `InvalidValue` if another process is building the same table.

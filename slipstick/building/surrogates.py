@@ -15,7 +15,7 @@ from slipstick import __version__
 from slipstick.bench.conditions import Conditions
 from slipstick.black_box import BlackBox
 from slipstick.building.black_box_runs import BlackBoxRuns
-from slipstick.building.chunks import completed, simulate_chunks
+from slipstick.building.chunks import complete_chunks, simulate_chunks
 from slipstick.building.plan import CHUNK, slices
 from slipstick.building.training import train
 from slipstick.clutch.ensemble import DEFAULT, LOCKED, TIGHT, Accuracy, shifting_times
@@ -70,7 +70,7 @@ def train_on_clutch(model: Model, conditions: Conditions, axes: tuple[Axis, ...]
     origin = (f"slipstick {__version__}, trained on simulations with longest steps {accuracy.fine:g} s near "
               f"contact and {accuracy.coarse:g} s elsewhere, twice that while the pressure is smooth; error measured "
               f"with {TIGHT.fine:g} s and {TIGHT.coarse:g} s")
-    network, error = design.trained(axes, times, tight, training.steps, count)
+    network, error = design.train_network(axes, times, tight, training.steps, count)
     return Surrogate(axes, network, error, training.runs, training.steps, training.seed, conditions, model, origin)
 
 
@@ -86,12 +86,12 @@ def train_on_black_box(file: BlackBox, axes: tuple[Axis, ...], training: Trainin
     plan = BlackBoxRuns(file, axes, np.concatenate([design.points, design.held_out]))
     plan.simulation.require_working(file.cases)
     total = len(plan.design) * len(file.cases)
-    with completed(plan, out, executor,
-                   lambda done, resumed: count(done, total, "runs", resumed)) as (_, outputs, status):
+    with complete_chunks(plan, out, executor,
+                         lambda done, resumed: count(done, total, "runs", resumed)) as (_, outputs, status):
         for line in plan.failures(status):
             tell(line)
         _require_locked(axes, plan.design, status, "runs in the box have no output")
-        network, error = design.trained(axes, outputs[:runs], outputs[runs:], steps, count)
+        network, error = design.train_network(axes, outputs[:runs], outputs[runs:], steps, count)
         surrogate = Surrogate(axes, network, error, runs, steps, seed, file.cases, file.description, plan.origin)
         if out is not None:
             surrogate.save(out)
@@ -114,7 +114,7 @@ class _Design:
         points = lower + (upper - lower) * scipy.stats.qmc.LatinHypercube(len(axes), rng=sampling).random(training.runs)
         return cls(points, validation.uniform(lower, upper, (held_out, len(axes))), further)
 
-    def trained(self, axes: tuple[Axis, ...], times: np.ndarray, expected: np.ndarray, steps: int,
+    def train_network(self, axes: tuple[Axis, ...], times: np.ndarray, expected: np.ndarray, steps: int,
                 count: Count) -> tuple[Network, HeldOut]:
         """The network trained on the `times` (m, n) at the points, and its error against those `expected` elsewhere."""
         network = train(germs(axes, self.points), times, steps, self.training,

@@ -20,12 +20,12 @@ def described(svg: str, spec: Spec, caption: str, prefix: str = "picture") -> st
     The values of a point are its title, which browsers show beside the pointer without a script. Other labels that
     Vega writes repeat coordinates of curves. Coordinates are cut to hundredths of a pixel.
     """
-    svg = _POINT.sub(lambda found: f"<path{found[2]}><title>{escape(unescape(found[1]), quote=False)}</title></path>",
+    svg = _POINT.sub(lambda match: f"<path{match[2]}><title>{escape(unescape(match[1]), quote=False)}</title></path>",
                      svg)
-    svg = _LONG.sub(lambda found: _DECIMALS.sub(r"\1", found[0]), _ARIA.sub("", svg))
+    svg = _LONG.sub(lambda match: _DECIMALS.sub(r"\1", match[0]), _ARIA.sub("", svg))
     text = " ".join([*spec["title"]["subtitle"], caption]).strip()
     title, about = (f"{escape(prefix)}-{part}" for part in ("title", "description"))
-    return _ROOT.sub(lambda found: f'<svg role="img" aria-labelledby="{title}" aria-describedby="{about}"{found[1]}>'
+    return _ROOT.sub(lambda match: f'<svg role="img" aria-labelledby="{title}" aria-describedby="{about}"{match[1]}>'
                                    f'<title id="{title}">{escape(spec["title"]["text"], quote=False)}</title>'
                                    f'<desc id="{about}">{escape(text, quote=False)}</desc>', svg, count=1)
 
@@ -34,10 +34,10 @@ def numbered(svg: str) -> str:
     """Return the SVG with identifiers numbered from 1; Vega counts through all pictures of a process."""
     known: dict[str, str] = {}
 
-    def renamed(found: re.Match[str]) -> str:
-        return found[1] + known.setdefault(found[2], f"id{len(known) + 1}")
+    def rename(match: re.Match[str]) -> str:
+        return match[1] + known.setdefault(match[2], f"id{len(known) + 1}")
 
-    return _ID.sub(renamed, svg)
+    return _ID.sub(rename, svg)
 
 
 def with_own_ids(svg: str, prefix: str) -> str:

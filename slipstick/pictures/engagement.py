@@ -64,7 +64,7 @@ def panels(time: Sequence[float], lines: Mapping[str, Signals], locks: Mapping[s
     of: dict[str, Spec] = {}
     for name, title, height in selected:
         of[name] = {"width": theme.WIDTH, "height": height, "layer": _layers(name, title, height, lines)}
-        if with_differences and (both := _compared(name, lines)):
+        if with_differences and (both := _select_compared(name, lines)):
             of[f"{name} difference"] = {"width": theme.WIDTH, "height": _DIFFERENCE_HEIGHT,
                                         "layer": _differences(both, title, lines)}
     views, samples = list(of.values()), _samples(time, lines, gear_ratio, end)
@@ -149,7 +149,7 @@ def _background(colour: Spec) -> list[Spec]:
          "encoding": {"x": _TIME, "color": {**colour, "field": "series"}}}]
 
 
-def _compared(panel: str, lines: Mapping[str, Signals]) -> list[str]:
+def _select_compared(panel: str, lines: Mapping[str, Signals]) -> list[str]:
     """Return the signals of a panel that are both measured and simulated."""
     return [signal for signal in (_SPEEDS if panel == "speed" else (panel,))
             if all(signal in lines.get(series, ()) for series in ("measured", "simulated"))]

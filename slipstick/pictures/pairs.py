@@ -48,7 +48,7 @@ def draw(output: Mapping[str, Any]) -> Spec | None:
     search = output["figure_data"].get("search")
     if not search or not search["path"]:
         return None
-    result, chosen = output["result"], _chosen(output["result"], search["unknowns"])
+    result, chosen = output["result"], _choose(output["result"], search["unknowns"])
     traces = [_near(trace, interval["curve"]) for trace, interval in
               zip(search["traces"], result["intervals"], strict=False)]
     drawn = [_Unknown(place, shown := unknown(search["unknowns"][place], output["physical"],
@@ -67,7 +67,7 @@ def draw(output: Mapping[str, Any]) -> Spec | None:
            else ""), {"spacing": 14, "vconcat": rows})
 
 
-def _chosen(result: Mapping[str, Any], names: Sequence[str]) -> list[int]:
+def _choose(result: Mapping[str, Any], names: Sequence[str]) -> list[int]:
     if len(names) <= MOST or not result["combinations"]:
         return list(range(min(len(names), MOST)))
     weights = result["combinations"][-1]["weights"]
@@ -95,15 +95,16 @@ def _domain(place: int, factor: float, search: Mapping[str, Any],
 def _panel(x: _Unknown, y: _Unknown, search: Mapping[str, Any], traces: Sequence[Sequence[Sequence[float]]], size: int,
            first: bool, last: bool) -> Spec:
     def row(vector: Sequence[float]) -> Spec:
-        return {channel: theme.rounded(one.shown.factor * vector[one.place]) for channel, one in (("x", x), ("y", y))}
+        return {channel: theme.rounded(coordinate.shown.factor * vector[coordinate.place])
+                for channel, coordinate in (("x", x), ("y", y))}
 
     labels = {"grid": False, "labelOverlap": False, "titleFontSize": 11}
     encoding = {channel: {
         "field": channel, "type": "quantitative",
-        "scale": {"domain": [theme.rounded(end) for end in one.domain], "nice": False, "zero": False},
-        "title": _title(one.shown, size) if labelled else None,
-        "axis": one.shown.axis(values=ticks(one.domain, size), labels=labelled, ticks=labelled, **labels)}
-        for channel, one, labelled in (("x", x, last), ("y", y, first))}
+        "scale": {"domain": [theme.rounded(end) for end in coordinate.domain], "nice": False, "zero": False},
+        "title": _title(coordinate.shown, size) if labelled else None,
+        "axis": coordinate.shown.axis(values=ticks(coordinate.domain, size), labels=labelled, ticks=labelled, **labels)}
+        for channel, coordinate, labelled in (("x", x, last), ("y", y, first))}
     colour = theme.series_colour({_SEARCH: theme.BEFORE, _ACROSS: theme.AFTER, _UP: theme.FAINT})
     path = [{**row(vector), "step": step, "size": 6 + 34 * step / len(search["path"])}
             for step, vector in enumerate(search["path"], 1)]
@@ -118,9 +119,9 @@ def _panel(x: _Unknown, y: _Unknown, search: Mapping[str, Any], traces: Sequence
          "encoding": {"color": {**colour, "datum": _SEARCH},
                       "size": {"field": "size", "type": "quantitative", "scale": None},
                       "tooltip": [{"field": "step", "type": "quantitative"}]}}]
-    for label, one in ((_UP, y), (_ACROSS, x)):
-        if one.place < len(traces) and traces[one.place]:
-            values = [{**row(point), "order": number} for number, point in enumerate(traces[one.place])]
+    for label, coordinate in ((_UP, y), (_ACROSS, x)):
+        if coordinate.place < len(traces) and traces[coordinate.place]:
+            values = [{**row(point), "order": number} for number, point in enumerate(traces[coordinate.place])]
             layers.append({
                 "data": {"values": values},
                 "mark": {"type": "line", "strokeWidth": 1.6, "clip": True, "point": {"size": 16, "opacity": 1}},

@@ -40,12 +40,12 @@ def render(spec: Spec, form: Form, caption: str = "") -> bytes:
 
 def inline(specs: Mapping[str, Spec], captions: Mapping[str, str]) -> dict[str, str]:
     """Return name -> SVG element of each picture for one HTML page, without the title, which the page has as text."""
-    found = {}
+    elements = {}
     for name, spec in specs.items():
         bare = {**{key: value for key, value in spec.items() if key != "title"}, "background": None}
         own = accessible.with_own_ids(svg(json.dumps(bare)), name)
-        found[name] = accessible.described(own, spec, captions[name], name)
-    return found
+        elements[name] = accessible.described(own, spec, captions[name], name)
+    return elements
 
 
 @lru_cache(_MOST_KEPT)

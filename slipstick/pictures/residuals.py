@@ -85,9 +85,10 @@ def _groups(prediction: Mapping[str, Any], conditions: Mapping[str, Any]) -> lis
         if mean is not None:
             key = (conditions["current_profile"][place], conditions["motor_speed"][place])
             places.setdefault(key, []).append(place)
-    return [_Group(*key, its, [1e3 * (prediction["measured"][place] - prediction["mean"][place]) for place in its],
-                   1e3 * math.sqrt(sum(prediction["std"][place] ** 2 for place in its)) / len(its))
-            for key, its in sorted(places.items())]
+    return [_Group(*key, members,
+                   [1e3 * (prediction["measured"][place] - prediction["mean"][place]) for place in members],
+                   1e3 * math.sqrt(sum(prediction["std"][place] ** 2 for place in members)) / len(members))
+            for key, members in sorted(places.items())]
 
 
 def _panel(profile: float, groups: list[_Group], conditions: Mapping[str, Any], place: int) -> Spec:

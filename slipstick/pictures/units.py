@@ -18,13 +18,13 @@ def scale(unit: str, largest: float, share: bool = False) -> tuple[str, float]:
         return "%", 100.0
     if unit not in _SCALES:
         return raised(unit), 1.0
-    return next((one for one in _SCALES[unit] if abs(largest) * one[1] >= _LEAST), _SCALES[unit][-1])
+    return next((shown for shown in _SCALES[unit] if abs(largest) * shown[1] >= _LEAST), _SCALES[unit][-1])
 
 
 def raised(unit: str) -> str:
     """The unit with raised exponents, such as N m s²."""
     first, *rest = unit.split("^")
-    return first + "".join(one[:1].translate(_RAISED) + one[1:] for one in rest)
+    return first + "".join(part[:1].translate(_RAISED) + part[1:] for part in rest)
 
 
 def number(value: float, digits: int = 3) -> str:

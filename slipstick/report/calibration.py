@@ -23,7 +23,7 @@ def calibration_text(calibration: Calibration) -> str:
         shown = f"{scatter:8.2%}" if scatter > error else f"< {scatter + error:.2%}"
         lines.append(f"{name:22}{entry['value']:12.5g}  {entry['interval'][0]:11.5g} to {entry['interval'][1]:<10.5g}"
                      f"{entry['value'] / nominal[name]:9.4f}  {shown:>8}  {entry['unit']}{note}")
-    lines += _undetermined(calibration)
+    lines += _list_undetermined(calibration)
     lines.append("Scatter: standard deviation from run to run, as a share of the nominal value\n"
                  "Correlation of the estimates, in the same order")
     lines += ["  " + "".join(f"{value:7.2f}" for value in row) for row in calibration.correlation]
@@ -40,7 +40,7 @@ def calibration_text(calibration: Calibration) -> str:
     return "\n".join(lines)
 
 
-def _undetermined(calibration: Calibration) -> list[str]:
+def _list_undetermined(calibration: Calibration) -> list[str]:
     missing = [name for name in SIGNAL_UNITS if name not in calibration.signals]
     lines = [f"Not measured: {', '.join(missing)}"] if missing else []
     if calibration.undetermined:

@@ -30,11 +30,11 @@ def rows(output: Mapping[str, Any], other_method: Mapping[str, Any] | None) -> l
     """
     outputs = {fit["result"]["method"]: fit for fit in (other_method, output) if fit is not None}
     classic, genetic = (outputs.get(method) for method in PAPER)
-    refined = _refined(classic), _refined(genetic)
+    refined = _measure_refinement(classic), _measure_refinement(genetic)
     return [
-        ("Classic: quasi-Monte Carlo + grid search", *_cells(PAPER["classic"]), *_cells(_searched(classic))),
+        ("Classic: quasi-Monte Carlo + grid search", *_cells(PAPER["classic"]), *_cells(_measure_search(classic))),
         (_REFINED_ROW, "", "", *_cells(refined[0])),
-        ("Proposed: expansions + genetic algorithm", *_cells(PAPER["genetic"]), *_cells(_searched(genetic))),
+        ("Proposed: expansions + genetic algorithm", *_cells(PAPER["genetic"]), *_cells(_measure_search(genetic))),
         (_REFINED_ROW, "", "", *_cells(refined[1])),
         ("Classic relative to proposed", *_comparison(PAPER["classic"], PAPER["genetic"]), *_comparison(*refined))]
 
@@ -52,11 +52,11 @@ def notes(output: Mapping[str, Any], other_method: Mapping[str, Any] | None) -> 
     return texts if other_method is not None else [*texts, _SINGLE_METHOD]
 
 
-def _searched(fit: Mapping[str, Any] | None) -> CostAndLikelihood | None:
+def _measure_search(fit: Mapping[str, Any] | None) -> CostAndLikelihood | None:
     return None if fit is None else _cost(fit, fit["result"]["searched"]["log10_likelihood"], _SEARCH)
 
 
-def _refined(fit: Mapping[str, Any] | None) -> CostAndLikelihood | None:
+def _measure_refinement(fit: Mapping[str, Any] | None) -> CostAndLikelihood | None:
     if fit is None or not fit["result"]["refined"]:
         return None
     return _cost(fit, fit["result"]["log10_likelihood"], _REFINEMENT)

@@ -13,16 +13,16 @@ _SURE = 0.99
 
 def doubts(figure_data: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return (lead-in, text) of each doubt; none is good."""
-    found = []
+    entries = []
     off, groups, is_notable = groups_off(figure_data)
     if is_notable:
-        found.append(("The model lacks something:",
-                      f"in {off} of {groups} groups of current profile and motor speed the mean of measured minus "
-                      "predicted differs from zero, which scatter of the inputs cannot cause. A study names what is "
-                      "missing."))
+        entries.append(("The model lacks something:",
+                        f"in {off} of {groups} groups of current profile and motor speed the mean of measured minus "
+                        "predicted differs from zero, which scatter of the inputs cannot cause. A study names what is "
+                        "missing."))
     values = transformed(figure_data["prediction"])
     if len(values) and (limits := distance(values, _SURE))[0] > limits[1]:
         output = Output.of(figure_data)
-        found.append(("The predicted distributions do not match:",
-                      f"the measured {output.plural} {verdict(values, output)} (probability integral transform)."))
-    return found
+        entries.append(("The predicted distributions do not match:",
+                        f"the measured {output.plural} {verdict(values, output)} (probability integral transform)."))
+    return entries

@@ -40,10 +40,10 @@ def improvement(result: Result) -> str:
 def fitted(physical: Iterable[Mapping[str, Any]]) -> str:
     """Return mean and standard deviation of each input in its unit."""
     values = []
-    for one in physical:
-        unit, factor = units.scale(one["unit"], one["mean"])
-        mean, std = (units.number(factor * one[name]) for name in ("mean", "std"))
-        values.append(f"{in_words(one['name'])} {units.with_unit(f'{mean} ± {std}', unit)}")
+    for estimate in physical:
+        unit, factor = units.scale(estimate["unit"], estimate["mean"])
+        mean, std = (units.number(factor * estimate[name]) for name in ("mean", "std"))
+        values.append(f"{in_words(estimate['name'])} {units.with_unit(f'{mean} ± {std}', unit)}")
     return listed(values)
 
 

@@ -130,7 +130,7 @@ class SimulationResult:
     converged: bool
     """Whether the fit converged within its iterations."""
     model: dict[str, Any]
-    """The model in the format that `python -m worker build --model` reads."""
+    """The model in the format that `slipstick build --model` reads."""
 
 
 @dataclass(frozen=True)

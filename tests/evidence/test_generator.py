@@ -20,7 +20,7 @@ from evidence.generator.effect import Effect
 from evidence.generator.equations import _converter_torque
 from evidence.generator.files import write_recordings
 from evidence.generator.run import Run, observe
-from evidence.generator.sensors import measured
+from evidence.generator.sensors import add_noise
 from evidence.generator.strength import Scale
 from evidence.generator.temptations import TEMPTATIONS, oil_temperature, second_batch
 from evidence.generator.truth import Truth, describe
@@ -170,7 +170,7 @@ def test_the_strength_is_the_residual_after_a_fit_over_the_noise(drawn: Run) -> 
 
 def test_noise_has_the_stated_std_and_autocorrelation() -> None:
     readings = {name: np.linspace(0, 100, 4000) * np.ones((30, 1)) for name in SENSORS}
-    signals = measured(readings, dict.fromkeys(SENSORS, 0.7), dict.fromkeys(SENSORS, 0.4), np.random.default_rng(1))
+    signals = add_noise(readings, dict.fromkeys(SENSORS, 0.7), dict.fromkeys(SENSORS, 0.4), np.random.default_rng(1))
     for name, reading in readings.items():
         noise = signals[name] - reading
         assert np.std(noise) == pytest.approx(0.7, rel=0.02)

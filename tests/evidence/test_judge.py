@@ -33,8 +33,8 @@ def entry_of(*findings: NamedPair, hidden: tuple[HiddenEffect, ...] = (DRAG,), c
 def test_a_right_name_is_first_and_a_smaller_wrong_one_is_too_many_until_it_is_filtered() -> None:
     entry = entry_of(RIGHT, WRONG)
     before, after = entry.verdict("all"), entry.verdict("reported")
-    assert (before.right_first, before.found, before.too_many, before.sure) == (True, 1, 1, True)
-    assert (after.right_first, after.found, after.too_many) == (True, 1, 0)
+    assert (before.right_first, before.effects_named, before.too_many, before.sure) == (True, 1, 1, True)
+    assert (after.right_first, after.effects_named, after.too_many) == (True, 1, 0)
     assert entry.answer.reported.unexplained == ("input",)
     assert not entry_of(WRONG).verdict("all").right_first
 
@@ -42,7 +42,7 @@ def test_a_right_name_is_first_and_a_smaller_wrong_one_is_too_many_until_it_is_f
 def test_a_tie_is_in_the_answer_and_not_first() -> None:
     tied = replace(WRONG, rivals=(RIGHT.pair,), reported=True)
     verdict = entry_of(tied).verdict("all")
-    assert (verdict.right_first, verdict.found, verdict.too_many) == (False, 1, 0)
+    assert (verdict.right_first, verdict.effects_named, verdict.too_many) == (False, 1, 0)
 
 
 def test_a_wrong_name_that_is_sure_is_told() -> None:

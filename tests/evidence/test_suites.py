@@ -9,7 +9,7 @@ import pytest
 from evidence.generator.case import Case, simulate
 from evidence.generator.dependences import KNOWN_PAIRS, Dependence
 from evidence.generator.draw_bench import draw_bench
-from evidence.generator.draw_effect import can_act_in_few_runs, draw_effect, visited
+from evidence.generator.draw_effect import can_act_in_few_runs, collect_visited, draw_effect
 from evidence.generator.files import write_recordings
 from evidence.generator.run import Run
 from evidence.generator.world import World
@@ -86,7 +86,7 @@ def nominal() -> Run:
 def test_a_drawn_law_is_neutral_without_amplitude_and_small_at_the_typical_one(
         dependence: Dependence, nominal: Run) -> None:
     drawn = draw_effect(dependence, nominal, np.random.default_rng(7))
-    effect, values = drawn.effect, visited(dependence.quantity, dependence.abscissa, nominal) if (
+    effect, values = drawn.effect, collect_visited(dependence.quantity, dependence.abscissa, nominal) if (
         dependence.law not in ("plays", "sensor lag")) else np.zeros(2)
     x = np.linspace(values.min(), values.max(), 500)
     neutral = 1.0 if effect.kind == "ratio" else 0.0

@@ -100,7 +100,7 @@ def table(library: Library) -> Table:
 @pytest.fixture(scope="session")
 def worker(settings: Settings, address: str, launch: Callable[..., object]) -> None:
     """Run a worker for the jobs of the service under test."""
-    launch("worker", "serve-jobs", "--tables", str(settings.tables), "--jobs", settings.jobs)
+    launch("worker", "work", "--tables", str(settings.tables), "--jobs", settings.jobs)
 
 
 @pytest.fixture(scope="session")
@@ -112,7 +112,7 @@ def quick_service(shelf: Path, few_recordings: Path, serving: Serving, launch: C
     shutil.copytree(shelf, tables)
     shutil.copy(few_recordings / "few.h5", tables / "measured.h5")
     with serving(Settings(tables=tables, jobs=jobs)) as address, httpx.Client(base_url=address, timeout=30) as client:
-        worker = launch("worker", "serve-jobs", "--tables", str(tables), "--jobs", jobs)
+        worker = launch("worker", "work", "--tables", str(tables), "--jobs", jobs)
         yield tables, client
         worker.kill()
 

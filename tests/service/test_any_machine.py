@@ -55,7 +55,7 @@ def answers(folder: Path, serving: Any, launch: Callable[..., object]) -> dict[s
     settings = Settings(tables=folder / "tables", jobs=f"sqlite:///{folder}/jobs.sqlite")
     found = {}
     with serving(settings) as address:
-        launch("worker", "serve-jobs", "--tables", str(settings.tables), "--jobs", settings.jobs,
+        launch("worker", "work", "--tables", str(settings.tables), "--jobs", settings.jobs,
                "--machine", str(folder / "motor.toml"))
         for line in (line for block in BLOCKS[2:] for line in block):
             output = executed(line, folder, address) if not line.startswith("export") else ""

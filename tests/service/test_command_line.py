@@ -30,7 +30,7 @@ def test_help_has_every_setting(monkeypatch: pytest.MonkeyPatch, capsys: pytest.
     words = " ".join(text.split())
     assert all(" ".join((field.description or "-").split()) in words for field in Settings.model_fields.values())
     assert max(len(line) for line in text.splitlines()) <= 110
-    for said in ("http://127.0.0.1:8000/docs", "token", "worker serve-jobs", "docs/operations.md", "--version"):
+    for said in ("http://127.0.0.1:8000/docs", "token", "slipstick work", "docs/operations.md", "--version"):
         assert said in text
 
 

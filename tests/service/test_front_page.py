@@ -46,7 +46,7 @@ def test_an_empty_service_says_what_to_do_first(tmp_path: Path, serving: Any) ->
     with serving(Settings(tables=tmp_path / "tables", jobs=f"sqlite:///{tmp_path}/jobs.sqlite")) as address, \
             httpx.Client(base_url=address) as client:
         found = text(client)
-    steps = ("worker bench new", "worker build", "/v1/recordings?name=mine", "worker serve-jobs",
+    steps = ("worker bench new", "worker build", "/v1/recordings?name=mine", "slipstick work",
              f"{address}/v1/studies")
     assert sorted(steps, key=found.index) == list(steps)
     for nothing in ("There is no table yet", "There are no recordings yet", "There is no bench yet", "0 workers alive"):
@@ -80,7 +80,7 @@ def test_the_page_lists_files_and_jobs_and_the_steps_that_are_left(client: httpx
     found = text(client)
     for said in ("Grid of 9 × 9 points over pressure bias (0.8 to 2.4 bar) and initial position (0.25 to 0.75 mm), "
                  "under 216 conditions", "216 engagements with signals", "Heavy-vehicle test bench, 216 conditions",
-                 "damaged invalid", "No job is running or waiting", "What to do next", "worker serve-jobs"):
+                 "damaged invalid", "No job is running or waiting", "What to do next", "slipstick work"):
         assert said in found
     assert "worker build " not in found
     for id in ("one", "two", "three"):

@@ -131,7 +131,7 @@ def test_a_fit_is_queued_with_a_note_about_the_worker(client: httpx.Client) -> N
     assert response.status_code == 202
     fit = client.get(response.headers["Location"]).json()
     assert (fit["status"], fit["progress"]) == ("queued", None)
-    assert "serve-jobs" in fit["note"]
+    assert "work" in fit["note"]
     assert fit["settings"]["generations"] == 3
     assert fit["settings"]["population"] == 40
     assert client.get("/v1/health").json()["fits_waiting"] == 1

@@ -57,7 +57,7 @@ def test_a_study_is_queued_with_a_note_about_the_worker(client: httpx.Client) ->
     assert response.status_code == 202
     queued = client.get(response.headers["Location"]).json()
     assert (queued["status"], queued["progress"]) == ("queued", None)
-    assert "serve-jobs" in queued["note"]
+    assert "work" in queued["note"]
     assert queued["settings"] == json.loads(json.dumps(asdict(StudySettings.from_dict(settings))))
     health = client.get("/v1/health").json()
     assert (health["studies_waiting"], health["fits_waiting"]) == (1, 0)

@@ -157,7 +157,7 @@ def test_a_fit_of_an_uploaded_table_recovers_an_input(client: httpx.Client, fold
     problem(client.post("/v1/evaluate", json={"table": "fitted", "points": [[1, 1]], "bench": "heavy"}), 422)
     fit = client.post("/v1/fits", json=body).json()["links"]
     assert fit["self"] in problem(client.delete("/v1/tables/fitted"), 409)["detail"]
-    worker = launch("worker", "serve-jobs", "--tables", str(folder), "--jobs", f"sqlite:///{folder.parent}/jobs.sqlite")
+    worker = launch("worker", "work", "--tables", str(folder), "--jobs", f"sqlite:///{folder.parent}/jobs.sqlite")
     while (job := client.get(fit["self"]).json())["status"] in ("queued", "running"):
         time.sleep(0.1)
     worker.kill()

@@ -47,8 +47,8 @@ def says(text: str) -> Callable[[subprocess.Popen[str], Path], bool]:
     ("worker study tables/measured.h5", says("step 1"), "Interrupted."),
     ("worker build --out OUT/table.h5", imports_numpy, "Interrupted."),
     ("worker build --machine OUT/machine.toml --threads 2 --out OUT/table.h5", says(" runs"), "Stopped. Run the same"),
-    ("worker serve-jobs --no-compile --jobs sqlite:///OUT/jobs.sqlite", imports_numpy, "Interrupted."),
-    ("worker serve-jobs --no-compile --jobs sqlite:///OUT/jobs.sqlite", says("is waiting"), "Stopped. Another"),
+    ("worker work --no-compile --jobs sqlite:///OUT/jobs.sqlite", imports_numpy, "Interrupted."),
+    ("worker work --no-compile --jobs sqlite:///OUT/jobs.sqlite", says("is waiting"), "Stopped. Another"),
     ("service", imports_numpy, "Interrupted."),
     ("service", says("running on"), "Interrupted."),
 ])

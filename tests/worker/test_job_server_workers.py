@@ -72,7 +72,7 @@ def test_two_workers_share_jobs_and_one_takes_over_those_of_the_other(
     assert bench.follow("after", ended)["status"] == "done"
     assert workers() == 1
 
-    help_text = subprocess.run([sys.executable, "-m", "worker", "serve-jobs", "--help"], capture_output=True, text=True,
+    help_text = subprocess.run([sys.executable, "-m", "worker", "work", "--help"], capture_output=True, text=True,
                                env={**bench.environment, "COLUMNS": "200"}, check=True).stdout
     assert "SLIPSTICK_JOBS" in help_text
     assert PASSWORD not in help_text

@@ -55,7 +55,7 @@ class Bench:
                 time.sleep(0.05)
 
     def work(self, name: str = "worker-1") -> None:
-        self.worker = self.launch("worker", "serve-jobs", "--name", name, **self.environment)
+        self.worker = self.launch("worker", "work", "--name", name, **self.environment)
 
     def run_both(self) -> None:
         """Start what an earlier test has killed and not started again."""
@@ -276,7 +276,7 @@ def test_a_cancelled_fit_frees_the_worker(bench: Bench, stage: str, settings: di
 def test_a_worker_that_could_run_no_job_does_not_start(
         tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], message: str) -> None:
     before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
-    assert main(["serve-jobs", "--jobs", f"sqlite:///{tmp_path}/jobs.sqlite", *options]) == 1
+    assert main(["work", "--jobs", f"sqlite:///{tmp_path}/jobs.sqlite", *options]) == 1
     signal.pthread_sigmask(signal.SIG_SETMASK, before)
     assert message in capsys.readouterr().err
 
@@ -318,7 +318,7 @@ def test_a_dead_workers_job_is_taken_over_within_ten_seconds(bench: Bench) -> No
     bench.submit("taken-over", **ENDLESS)
     bench.follow("taken-over", in_stage("search", 1))
     assert workers() == 1
-    second = bench.launch("worker", "serve-jobs", "--name", "worker-2", **bench.environment)
+    second = bench.launch("worker", "work", "--name", "worker-2", **bench.environment)
     deadline = time.monotonic() + 60
     while workers() < 2:
         assert time.monotonic() < deadline
@@ -342,7 +342,7 @@ def test_a_dead_workers_job_is_taken_over_within_ten_seconds(bench: Bench) -> No
 def test_a_worker_that_stood_still_leaves_its_job_to_the_other(bench: Bench) -> None:
     bench.submit("stood-still", **ENDLESS)
     bench.follow("stood-still", in_stage("search", 1))
-    second = bench.launch("worker", "serve-jobs", "--name", "worker-2", **bench.environment)
+    second = bench.launch("worker", "work", "--name", "worker-2", **bench.environment)
     bench.follow("stood-still", lambda _: bench.client.get("/v1/health").json()["workers"] == 2)
     stop_outside_a_transaction(bench)
     bench.follow("stood-still", lambda found: found["status"] == "running" and "'worker-2'" in found["note"])
@@ -369,7 +369,7 @@ def stop_outside_a_transaction(bench: Bench) -> None:
 def test_a_name_is_one_worker_until_it_is_stopped(bench: Bench) -> None:
     bench.submit("endless", **ENDLESS)
     before = bench.follow("endless", in_stage("search", 1))
-    assert bench.launch("worker", "serve-jobs", **bench.environment).wait(timeout=60) == 1
+    assert bench.launch("worker", "work", **bench.environment).wait(timeout=60) == 1
     bench.worker.terminate()
     assert bench.worker.wait(timeout=10) == 0
     bench.work()

@@ -45,7 +45,7 @@ def _title(result: StudyResult) -> str:
         f"no {'tested ' * bool(result.closed)}block is left unexplained"
     if not result.findings:
         return f"No change of any quantity reaches the thresholds, and {blocks}"
-    ties = sum(bool(one.rivals) for one in result.findings)
+    ties = sum(bool(finding.rivals) for finding in result.findings)
     apart = "told apart from all others" if not ties else f"{ties} of them not told apart from others"
     named = f"{len(result.findings)} finding{'s' * (len(result.findings) > 1)}"
     return f"{named}, {apart}; {blocks}"
@@ -53,9 +53,10 @@ def _title(result: StudyResult) -> str:
 
 def _gains(result: StudyResult, settings: StudySettings) -> Spec:
     rows = []
-    for one in result.findings:
-        rows.append(_row(one.title, one.errors, settings.naming.errors, _GAIN))
-        rows += [_row(f"lead over {_name(rival)}", rival.behind, settings.naming.apart, _LEAD) for rival in one.rivals]
+    for finding in result.findings:
+        rows.append(_row(finding.title, finding.errors, settings.naming.errors, _GAIN))
+        rows += [_row(f"lead over {_name(rival)}", rival.behind, settings.naming.apart, _LEAD)
+                 for rival in finding.rivals]
     high = max(row["high"] for row in rows)
     x: Spec = {"field": "value", "type": "quantitative", "title": "standard errors over engagements",
                "scale": {"domain": [min(0.0, *(row["low"] for row in rows)), 1.05 * high], "nice": False}}

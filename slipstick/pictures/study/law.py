@@ -31,15 +31,15 @@ _LINEARISED = "The interval is that of a linear model and may be several times t
 
 def draw(result: StudyResult, _: Figures, settings: StudySettings) -> Spec | None:
     """Return a panel for each finding with a law; None without one."""
-    found = [(one, one.law) for one in result.findings if one.law is not None]
-    if not found:
+    laws = [(finding, finding.law) for finding in result.findings if finding.law is not None]
+    if not laws:
         return None
-    if len(found) == 1:
-        return draw_law(*found[0], settings.level)
-    panels = [{"title": {"text": headline(*one), "fontSize": 13, "offset": 8,
-                         "subtitle": textwrap.wrap(remarks(one[1], settings.level), _COLUMNS)},
-               **_panel(*one, _SEVERAL)} for one in found]
-    return theme.picture(f"The recordings show {len(found)} laws", "One panel for each finding.",
+    if len(laws) == 1:
+        return draw_law(*laws[0], settings.level)
+    panels = [{"title": {"text": headline(finding, law), "fontSize": 13, "offset": 8,
+                         "subtitle": textwrap.wrap(remarks(law, settings.level), _COLUMNS)},
+               **_panel(finding, law, _SEVERAL)} for finding, law in laws]
+    return theme.picture(f"The recordings show {len(laws)} laws", "One panel for each finding.",
                          {"spacing": 30, "vconcat": panels})
 
 
@@ -50,12 +50,12 @@ def draw_law(finding: FindingResult, law: Law, level: float) -> Spec:
 
 def headline(finding: FindingResult, law: Law) -> str:
     """The law in one sentence."""
-    unit, factor = _shown(law)
+    unit, factor = _choose_unit(law)
     if law.x is None or finding.depends_on == "gain":
         size = factor * sum(law.change) / len(law.change)
         text = units.number(size) if finding.depends_on == "lag" else units.signed(size)
         return f"{finding.title}: {units.with_unit(text, unit)}"
-    change = [law.change[place] for place in _known(law)]
+    change = [law.change[place] for place in _select_known(law)]
     span, net = max(change) - min(change), change[-1] - change[0]
     size_text = units.with_unit(units.number(factor * span), unit)
     if law.up_to == "line":
@@ -69,21 +69,22 @@ def remarks(law: Law, level: float, is_drawn: bool = True) -> str:
     """What the band is, where it is drawn or that of a single number, and what it and the law leave open."""
     interval, zero = f"Shade: {100 * level:.0f} % interval at each point." if is_drawn else "", ""
     if law.x is None:
-        unit, factor = _shown(law)
+        unit, factor = _choose_unit(law)
         ends = f"{units.fixed(factor * law.lower[0])} to {units.fixed(factor * law.upper[0])}"
         interval = f"{100 * level:.0f} % interval of the size: {units.with_unit(ends, unit)}."
         zero = _ZERO if law.lower[0] <= 0 <= law.upper[0] else ""
-    return " ".join(one for one in (interval, zero, _UP_TO[law.up_to], _LINEARISED if law.linearised else "") if one)
+    sentences = (interval, zero, _UP_TO[law.up_to], _LINEARISED if law.linearised else "")
+    return " ".join(sentence for sentence in sentences if sentence)
 
 
-def _known(law: Law) -> list[int]:
+def _select_known(law: Law) -> list[int]:
     """The places of points whose interval is no wider than the span of the law; of all if these are too few."""
     span = max(law.change) - min(law.change)
-    found = [place for place, (low, high) in enumerate(zip(law.lower, law.upper, strict=True)) if high - low <= span]
-    return found if len(found) > 1 else list(range(len(law.change)))
+    known = [place for place, (low, high) in enumerate(zip(law.lower, law.upper, strict=True)) if high - low <= span]
+    return known if len(known) > 1 else list(range(len(law.change)))
 
 
-def _shown(law: Law) -> tuple[str, float]:
+def _choose_unit(law: Law) -> tuple[str, float]:
     """The unit in which changes are shown, and the factor to it."""
     return units.scale(law.unit, max(map(abs, law.change)), law.relative)
 
@@ -91,7 +92,7 @@ def _shown(law: Law) -> tuple[str, float]:
 def _panel(finding: FindingResult, law: Law, height: int) -> Spec:
     if law.x is None:
         return _single(finding, law)
-    unit, factor = _shown(law)
+    unit, factor = _choose_unit(law)
     x_unit, x_factor = units.scale(law.x_unit, max(map(abs, law.x)))
     x: Spec = {"field": "x", "type": "quantitative", "title": _axis(argument(finding), x_unit),
                "axis": {"grid": False, "tickCount": 10}, "scale": {"nice": False, "zero": False, "padding": 6}}
@@ -122,7 +123,7 @@ def _panel(finding: FindingResult, law: Law, height: int) -> Spec:
 
 def _single(finding: FindingResult, law: Law) -> Spec:
     """Return an interval on an axis that contains 0."""
-    unit, factor = _shown(law)
+    unit, factor = _choose_unit(law)
     row = {name: theme.rounded(factor * values[0])
            for name, values in (("x", law.change), ("low", law.lower), ("high", law.upper))}
     x: Spec = {"field": "x", "type": "quantitative", "title": _axis(finding.title, unit),
@@ -142,7 +143,7 @@ def _axis(name: str, unit: str) -> str:
 def _domain(law: Law, factor: float) -> list[float | None]:
     """Return the drawn range: 0, the law and its formula, their band, and little of the band of points hardly known."""
     values = [0.0, *law.change, *(law.formula or []),
-              *(band[place] for band in (law.lower, law.upper) for place in _known(law))]
+              *(band[place] for band in (law.lower, law.upper) for place in _select_known(law))]
     low, high = min(values), max(values)
     margin = _BEYOND * (high - low)
     low, high = max(min(*law.lower, low), low - margin), min(max(*law.upper, high), high + margin)

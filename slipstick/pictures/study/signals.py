@@ -39,7 +39,7 @@ def draw(result: StudyResult, figures: Figures, _: StudySettings) -> Spec | None
     if not engagements:
         return None
     width = (theme.WIDTH - _COLUMN_SPACING * (len(engagements) - 1)) // len(engagements)
-    columns = [_column(result, one, models, width, one is engagements[0]) for one in engagements]
+    columns = [_column(result, engagement, models, width, engagement is engagements[0]) for engagement in engagements]
     for column, engagement in zip(columns, engagements, strict=True):
         column[0]["layer"].append({
             "data": {"values": [{}]}, "encoding": {"x": {"value": 0}, "y": {"value": -_LABEL}},
@@ -54,7 +54,7 @@ def draw(result: StudyResult, figures: Figures, _: StudySettings) -> Spec | None
 
 def _title(result: StudyResult, engagements: list[Engagement], models: list[str]) -> str:
     def rms_error(model: str, signal: str) -> float:
-        squares = [value**2 for one in engagements for _, value in _difference(one, model, signal)]
+        squares = [value**2 for engagement in engagements for _, value in _difference(engagement, model, signal)]
         return math.sqrt(sum(squares) / len(squares))
 
     worst = max(engagements[0].measured, key=lambda signal: rms_error("before", signal) / result.noise[signal])

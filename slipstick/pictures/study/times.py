@@ -22,9 +22,9 @@ def draw(result: StudyResult, _: Figures, settings: StudySettings) -> Spec | Non
     """Return a panel for each condition; None where signals were recorded."""
     if not result.times:
         return None
-    colours = dict(_COLOURS[one.shown] for one in result.times)
-    shown = [in_words(one.condition) for one in result.times if one.shown]
-    worst = max(result.times, key=lambda one: one.distance)
+    colours = dict(_COLOURS[trend.shown] for trend in result.times)
+    shown = [in_words(trend.condition) for trend in result.times if trend.shown]
+    worst = max(result.times, key=lambda trend: trend.distance)
     place = worst.furthest
     return theme.picture(
         f"Beyond the parameters, shifting times change with the {' and the '.join(shown)}" if shown else
@@ -32,16 +32,16 @@ def draw(result: StudyResult, _: Figures, settings: StudySettings) -> Spec | Non
         f"Furthest from zero: {fixed(worst.change[place])} ± {fixed(worst.error[place])} ms (standard error), over the "
         f"{in_words(worst.condition)}.".replace("-", "−"),
         {"columns": _COLUMNS, "spacing": {"row": 26, "column": 30},
-         "concat": [_panel(one, settings.level, column, colours) for column, one in enumerate(result.times)]})
+         "concat": [_panel(trend, settings.level, column, colours) for column, trend in enumerate(result.times)]})
 
 
-def _panel(one: TimesOver, level: float, place: int, colours: dict[str, str]) -> Spec:
-    half, series = float(scipy.special.ndtri((1 + level) / 2)), _COLOURS[one.shown][0]
+def _panel(trend: TimesOver, level: float, place: int, colours: dict[str, str]) -> Spec:
+    half, series = float(scipy.special.ndtri((1 + level) / 2)), _COLOURS[trend.shown][0]
     rows = [{"level": float(f"{at:.4g}"), "change": theme.rounded(change, 4), "series": series,
              "low": theme.rounded(change - half * error, 4), "high": theme.rounded(change + half * error, 4)}
-            for at, change, error in zip(one.levels, one.change, one.error, strict=True)]
-    unit = "" if one.unit == "1" else f" [{raised(one.unit)}]"
-    x: Spec = {"field": "level", "type": "ordinal", "title": f"{in_words(one.condition)}{unit}",
+            for at, change, error in zip(trend.levels, trend.change, trend.error, strict=True)]
+    unit = "" if trend.unit == "1" else f" [{raised(trend.unit)}]"
+    x: Spec = {"field": "level", "type": "ordinal", "title": f"{in_words(trend.condition)}{unit}",
                "axis": {"labelAngle": 0, "grid": False}}
     y: Spec = {"type": "quantitative", "axis": {"tickCount": 5},
                "title": "measured − predicted [ms]" if place % _COLUMNS == 0 else None}

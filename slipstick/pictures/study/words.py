@@ -38,7 +38,7 @@ def model_series(result: StudyResult) -> dict[str, tuple[str, str]]:
     """`before` and, if the simulation asks for a finding, `after` -> label and colour of that model."""
     if result.gap is None:
         return {"before": ("model of the bench", theme.AFTER)}
-    added = [one for one in result.findings if one.confirmation.agrees]
+    added = [finding for finding in result.findings if finding.confirmation.agrees]
     label = f"{len(added)} findings" if len(added) != 1 else within(added[0].title)
     if len(added) == 1 and added[0].confirmation.simulated == "measured law":
         label = "the measured law"

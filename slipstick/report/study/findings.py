@@ -25,97 +25,99 @@ _NOTHING = 0.05
 def sections(result: StudyResult, settings: StudySettings) -> list[Section]:
     """A section for each finding."""
     several = len(result.findings) > 1
-    return [Section(f"Finding {place}: {within(one.title)}" if several else f"Finding: {within(one.title)}",
-                    _parts(one, result, settings)) for place, one in enumerate(result.findings, 1)]
+    return [Section(f"Finding {place}: {within(finding.title)}" if several else f"Finding: {within(finding.title)}",
+                    _parts(finding, result, settings)) for place, finding in enumerate(result.findings, 1)]
 
 
-def _parts(one: FindingResult, result: StudyResult, settings: StudySettings) -> list[Part]:
+def _parts(finding: FindingResult, result: StudyResult, settings: StudySettings) -> list[Part]:
     level, least = settings.level, settings.naming.errors
-    parts: list[Part] = [Items([*_what(one, level), *_evidence(one, result, least), *_confirmed(one), *_worth(one)])]
-    if one.confirmation.coefficients:
-        effect = effect_of(one.effect)
-        rows = [coefficient_row(coefficient, effect) for coefficient in one.confirmation.coefficients]
+    parts: list[Part] = [Items([*_describe_law(finding, level), *_evidence(finding, result, least),
+                                *_describe_confirmation(finding), *_worth(finding)])]
+    if finding.confirmation.coefficients:
+        effect = effect_of(finding.effect)
+        rows = [coefficient_row(coefficient, effect) for coefficient in finding.confirmation.coefficients]
         parts.append(Table(("coefficient", "estimate", f"{100 * level:.0f} % interval", "meaning"), rows, words=(3,)))
         parts.append(Note("The coefficients are fitted to all signals of the whole simulation at once. The intervals "
                           "are conditional on the form of the law."))
-    return [*parts, *_further(one)]
+    return [*parts, *_list_experiments(finding)]
 
 
-def _what(one: FindingResult, level: float) -> Entries:
-    form, effect = title((one.quantity, one.depends_on), None), effect_of(one.effect)
-    name = _UNLISTED if one.effect is None else "the catalogue has it" if one.title == form else \
-        f"the catalogue has it as “{within(one.title)}”"
-    found = [("What:", f"{within(form)}; {name}.")]
-    if one.law is not None:
-        law = f"{headline(one, one.law)}. {remarks(one.law, level, is_drawn=False)}"
-        found.append(("Measured law:", " ".join(law.split())))
+def _describe_law(finding: FindingResult, level: float) -> Entries:
+    form, effect = title((finding.quantity, finding.depends_on), None), effect_of(finding.effect)
+    name = _UNLISTED if finding.effect is None else "the catalogue has it" if finding.title == form else \
+        f"the catalogue has it as “{within(finding.title)}”"
+    entries = [("What:", f"{within(form)}; {name}.")]
+    if finding.law is not None:
+        law = f"{headline(finding, finding.law)}. {remarks(finding.law, level, is_drawn=False)}"
+        entries.append(("Measured law:", " ".join(law.split())))
     if effect is not None:
         what = f"reading of the {effect.quantity}" if effect.quantity.endswith("sensor") else effect.quantity
-        found += [("Formula:", f"the {what} is {effect.law}."), ("Source:", f"{effect.source}."),
-                  ("Signature on a bench:", f"{effect.signature}.")]
-    return found
+        entries += [("Formula:", f"the {what} is {effect.law}."), ("Source:", f"{effect.source}."),
+                    ("Signature on a bench:", f"{effect.signature}.")]
+    return entries
 
 
-def _evidence(one: FindingResult, result: StudyResult, least: float) -> Entries:
-    blocks = [f"“{block.signals}”" for block in result.blocks if block.name in one.blocks]
-    errors = f"more than {CERTAIN:.0f}" if one.errors > CERTAIN else number(one.errors)
-    found = [("Evidence:", f"the log-likelihood of {many(result.experiments, 'engagement')} rises by "
-              f"{one.nats:.0f} nats in {'the block' if len(blocks) == 1 else 'the blocks'} {listed(blocks or ['?'])}; "
-              f"the law is shown at {errors} standard errors over engagements."
-              + (" Few engagements show it: it is named because it explains nearly all that is missing there."
-                 if one.errors < least else ""))]
-    rivals = [_trailing(other) for other in one.rivals]
-    second = f" The next best is {_trailing(one.next_best)}." if one.next_best else ""
-    found.append(("Rivals:", f"{listed(rivals)}. The recordings do not tell these apart from it." if rivals else
-                  f"no other pair of quantity and dependence is close.{second}"))
+def _evidence(finding: FindingResult, result: StudyResult, least: float) -> Entries:
+    blocks = [f"“{block.signals}”" for block in result.blocks if block.name in finding.blocks]
+    errors = f"more than {CERTAIN:.0f}" if finding.errors > CERTAIN else number(finding.errors)
+    entries = [("Evidence:", f"the log-likelihood of {many(result.experiments, 'engagement')} rises by "
+                f"{finding.nats:.0f} nats in {'the block' if len(blocks) == 1 else 'the blocks'} "
+                f"{listed(blocks or ['?'])}; the law is shown at {errors} standard errors over engagements."
+                + (" Few engagements show it: it is named because it explains nearly all that is missing there."
+                   if finding.errors < least else ""))]
+    rivals = [_describe_rival(other) for other in finding.rivals]
+    second = f" The next best is {_describe_rival(finding.next_best)}." if finding.next_best else ""
+    entries.append(("Rivals:", f"{listed(rivals)}. The recordings do not tell these apart from it." if rivals else
+                    f"no other pair of quantity and dependence is close.{second}"))
     # Effects of the same pair are no rival pairs; the experiments that tell them apart name them.
-    same = [within(effect_title(name)) for name in dict.fromkeys(other.rival for other in one.experiments)
-            if name not in [other.effect for other in one.rivals]]
+    same = [within(effect_title(name)) for name in dict.fromkeys(other.rival for other in finding.experiments)
+            if name not in [other.effect for other in finding.rivals]]
     if same:
-        found.append(("Same quantity and dependence:", f"{listed(same)} would have a law of such a shape as well."))
-    return [*found, *_confidence(one)]
+        entries.append(("Same quantity and dependence:", f"{listed(same)} would have a law of such a shape as well."))
+    return [*entries, *_confidence(finding)]
 
 
-def _trailing(other: Candidate) -> str:
+def _describe_rival(other: Candidate) -> str:
     behind = f"more than {CERTAIN:.0f}" if other.behind > CERTAIN else number(other.behind, 2)
     return (f"{_name(other.effect, other.quantity, other.depends_on)} ({other.nats:.0f} nats, behind by {behind} "
             "standard errors)")
 
 
-def _confidence(one: FindingResult) -> Entries:
+def _confidence(finding: FindingResult) -> Entries:
     """The confidence, and how often findings with such a one were right."""
-    if one.confidence is None or one.counted is None:
+    if finding.confidence is None or finding.counted is None:
         return []
-    its = one.counted
-    return [("Confidence:", f"{one.confidence:.2f}. {its.right} of {its.of} findings with a confidence of "
-             f"{its.lower:g} to {its.upper:g} were right, on simulated benches with hidden effects. It follows from "
-             "the lead over the next best explanation, the share of all gains, what else was found, and how usual such "
-             "a pair is, and is an average over these benches: yours may differ.")]
+    counted = finding.counted
+    return [("Confidence:", f"{finding.confidence:.2f}. {counted.right} of {counted.of} findings with a confidence of "
+             f"{counted.lower:g} to {counted.upper:g} were right, on simulated benches with hidden effects. It follows "
+             "from the lead over the next best explanation, the share of all gains, what else was found, and how usual "
+             "such a pair is, and is an average over these benches: yours may differ.")]
 
 
-def _confirmed(one: FindingResult) -> Entries:
+def _describe_confirmation(finding: FindingResult) -> Entries:
     how = {"formula": "the formula of the catalogue", "measured law": "the measured law", "no": ""}
-    if one.effect and one.confirmation.simulated == "measured law":
+    if finding.effect and finding.confirmation.simulated == "measured law":
         how["measured law"] += ", which describes the recordings better than the formula of the catalogue"
-    if one.confirmation.simulated == "not computed":
+    if finding.confirmation.simulated == "not computed":
         return [("Simulation:", "not fitted, because the time budget ended before; the only evidence for the finding "
                  "is that of the blocks.")]
-    if one.confirmation.simulated == "no":
+    if finding.confirmation.simulated == "no":
         return [("Simulation:", "it has no such quantity or dependence; the only evidence for the finding is that "
                  "of the blocks.")]
-    verdict = "supports the finding" if one.confirmation.agrees else \
+    verdict = "supports the finding" if finding.confirmation.agrees else \
         "does not support the finding, so that its coefficients and its size are not given"
-    return [("Simulation:", f"the simulation of the whole bench, with {how[one.confirmation.simulated]}, {verdict}.")]
+    return [("Simulation:",
+             f"the simulation of the whole bench, with {how[finding.confirmation.simulated]}, {verdict}.")]
 
 
-def _worth(one: FindingResult) -> Entries:
-    if one.worth is None:
+def _worth(finding: FindingResult) -> Entries:
+    if finding.worth is None:
         return []
-    ordered = sorted(one.worth.signals.items(), key=lambda entry: -entry[1])
+    ordered = sorted(finding.worth.signals.items(), key=lambda entry: -entry[1])
     large = [f"{number(value, 2)} in the {channel(name)}" for name, value in ordered if value >= _NOTHING]
     small = [f"the {channel(name)}" for name, value in ordered if value < _NOTHING]
-    time = (f"changes the shifting time by {number(one.worth.shifting_time)} ms (root mean square), at most by "
-            f"{signed(one.worth.largest)} ms") if abs(one.worth.largest) >= _NOTHING else \
+    time = (f"changes the shifting time by {number(finding.worth.shifting_time)} ms (root mean square), at most by "
+            f"{signed(finding.worth.largest)} ms") if abs(finding.worth.largest) >= _NOTHING else \
         "does not change the shifting time"
     signals = f"the change is {listed(large)}" if large else "all changes are below a tenth"
     rest = f"; {listed(small)} hardly change{'s' * (len(small) == 1)}" if large and small else ""
@@ -123,22 +125,23 @@ def _worth(one: FindingResult) -> Entries:
                                     f"of their noise, {signals}{rest}.")]
 
 
-def _further(one: FindingResult) -> list[Part]:
+def _list_experiments(finding: FindingResult) -> list[Part]:
     """Tables of the experiments that would resolve a tie, one for each rival."""
     parts: list[Part] = []
-    for rival in dict.fromkeys(experiment.rival for experiment in one.experiments):
-        its = [experiment for experiment in one.experiments if experiment.rival == rival]
-        text = f"{within(one.title)} from {within(effect_title(rival))}"
-        hopeless = all(experiment.repetitions is None for experiment in its)
+    for rival in dict.fromkeys(experiment.rival for experiment in finding.experiments):
+        experiments = [experiment for experiment in finding.experiments if experiment.rival == rival]
+        text = f"{within(finding.title)} from {within(effect_title(rival))}"
+        hopeless = all(experiment.repetitions is None for experiment in experiments)
         parts += [f"No experiment near the recorded conditions would tell {text}. The best ones are:" if hopeless else
-                  f"To tell {text}, run:", Table(_EXPERIMENTS, [_row(experiment) for experiment in its])]
+                  f"To tell {text}, run:", Table(_EXPERIMENTS, [_row(experiment) for experiment in experiments])]
     return [*parts, Note(_APART)] if parts else []
 
 
-def _row(one: FurtherExperiment) -> tuple[str, ...]:
-    return (str(one.current_profile), f"{one.motor_speed:.4g}", f"{one.load_inertia:.4g}", f"{one.brake_torque:.4g}",
-            "yes" if one.recorded else "no", number(one.apart, 2), in_words(one.signal),
-            "more than 1000" if one.repetitions is None else str(one.repetitions))
+def _row(experiment: FurtherExperiment) -> tuple[str, ...]:
+    return (str(experiment.current_profile), f"{experiment.motor_speed:.4g}", f"{experiment.load_inertia:.4g}",
+            f"{experiment.brake_torque:.4g}", "yes" if experiment.recorded else "no", number(experiment.apart, 2),
+            in_words(experiment.signal),
+            "more than 1000" if experiment.repetitions is None else str(experiment.repetitions))
 
 
 def _name(effect: str | None, quantity: str, depends_on: str) -> str:

@@ -16,7 +16,7 @@ _NOTE = ("Both fits have the same settings and use shifting times only. If a mod
          "inputs and the output noise grow to compensate.")
 _INSTRUCTIONS = (
     "This report does not contain the fits. To add them, build a table of each model (GET {0}/model?which=before and "
-    "?which=after) with “python -m worker build --bench BENCH --model FILE --conditions RECORDINGS --out TABLE”, "
+    "?which=after) with “slipstick build --bench BENCH --model FILE --conditions RECORDINGS --out TABLE”, "
     "submit the same fit on both tables with POST /v1/fits, and request GET {0}/report?before=FIT&after=FIT.")
 
 

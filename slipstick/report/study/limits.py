@@ -49,7 +49,7 @@ def _order(conditions: Mapping[str, list[float] | None]) -> Entries:
     if order is None:
         return [("The recordings have no run order:", "drifts of oil temperature or wear cannot be detected.")]
     correlated = [f"{in_words(name)} (correlation {signed(value)})" for name, column in conditions.items()
-                  if name != "run_order" and column and (value := _followed(order, column))]
+                  if name != "run_order" and column and (value := _correlate(order, column))]
     if correlated:
         return [("The runs are not in random order:", f"the run order follows {listed(correlated)}, so that a drift "
                  "cannot be distinguished from an effect of the conditions. Randomise the run order.")]
@@ -57,7 +57,7 @@ def _order(conditions: Mapping[str, list[float] | None]) -> Entries:
              "distinguished from effects of the conditions.")]
 
 
-def _followed(order: list[float], column: list[float]) -> float:
+def _correlate(order: list[float], column: list[float]) -> float:
     """The correlation of a condition with the run order, or 0 if it is small or may be chance (Fisher's transform)."""
     if not (np.ptp(order) and np.ptp(column)):
         return 0.0

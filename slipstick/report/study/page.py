@@ -25,12 +25,12 @@ def study_page(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits |
     """
     result, data = result_from_dict(output["result"]), figures_from_dict(output["figure_data"])
     settings = StudySettings.from_dict(study["settings"])
-    drawn, changed = figures(study_specs(study, output, fits), CAPTIONS), _changed(settings)
+    drawn, changed = figures(study_specs(study, output, fits), CAPTIONS), _select_changes(settings)
     return document("study", study["id"], result.sentence, warnings(result, data.aside), [
         markup.paragraph(lead(result, settings), "lead"), markup.paragraph(SIGN, "note"),
-        *(_section(one, drawn) for one in content.evidence(result, settings, drawn)),
+        *(_section(section, drawn) for section in content.evidence(result, settings, drawn)),
         same_fit(study, result, fits, drawn.get("surfaces", "")),
-        *(_section(one, drawn) for one in content.background(result, data)),
+        *(_section(section, drawn) for section in content.background(result, data)),
         provenance({**study, "settings": changed}, output, [
             ("recordings", f"{study['recordings']}, SHA-256 {study['recordings_digest']}"),
             ("engagements that count", str(result.experiments)), ("settings digest", result.settings_digest),
@@ -43,15 +43,15 @@ def study_specs(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits 
                           StudySettings.from_dict(study["settings"]))
 
 
-def _changed(settings: StudySettings) -> dict[str, Any]:
+def _select_changes(settings: StudySettings) -> dict[str, Any]:
     """The settings that differ from the default: all others would fill a screen."""
     chosen, default = asdict(settings), asdict(StudySettings())
     chosen["naming"] = {name: value for name, value in chosen["naming"].items() if value != default["naming"][name]}
     return {name: value for name, value in chosen.items() if value not in ({}, default[name])}
 
 
-def _section(one: parts.Section, drawn: Mapping[str, str]) -> str:
-    return markup.section(one.title, *(_part(part, drawn) for part in one.parts))
+def _section(section: parts.Section, drawn: Mapping[str, str]) -> str:
+    return markup.section(section.title, *(_part(part, drawn) for part in section.parts))
 
 
 def _part(part: parts.Part, drawn: Mapping[str, str]) -> str:

@@ -6,7 +6,7 @@ from slipstick.pictures.study.words import effect_title, within
 from slipstick.pictures.theme import in_words
 from slipstick.pictures.units import fixed, number
 from slipstick.report.study.parts import Note, Part, Picture, Section, Table
-from slipstick.report.study.words import CHANNELS, channel, closed, many, percent
+from slipstick.report.study.words import CHANNELS, channel, describe_closure, many, percent
 from slipstick.report.words import listed
 from slipstick.studies.result import WITHIN, Gap, SimulationResult, StudyResult
 from slipstick.studies.settings import StudySettings
@@ -31,7 +31,7 @@ def lead(result: StudyResult, settings: StudySettings) -> str:
         return ("The simulation of the whole bench was not fitted. Whether it supports the findings, their "
                 "coefficients and the size of their effects are not known.")
     if not result.blocks:
-        return _untested(result)
+        return _explain_untested(result)
     chi_square = [block.chi_square for block in result.blocks]
     if result.kind == "none":
         return (f"In {'the' if result.closed else 'all'} {len(result.blocks)} blocks of the model"
@@ -53,10 +53,10 @@ def lead(result: StudyResult, settings: StudySettings) -> str:
             f"would leave {fixed(1e3 * time.rms_expected)} ms.")
     if time.closure is None:
         return f"{text} There is no significant gap in the shifting time to close.{_within(result.gap)}"
-    return text if time.closure < 0 else f"{text} That closes {closed(time)} of the gap."
+    return text if time.closure < 0 else f"{text} That closes {describe_closure(time)} of the gap."
 
 
-def _untested(result: StudyResult) -> str:
+def _explain_untested(result: StudyResult) -> str:
     """What the answer means where no block could be tested."""
     what = ("Each engagement is one number, which the scatter of any parameter explains: only differences between the "
             "conditions tell anything, as far as the means of the parameters do not explain these as well."
@@ -74,7 +74,7 @@ def _within(gap: Gap) -> str:
         return ""
     return (f" Beside the scatter of the parameters between engagements, the error of all signals goes from "
             f"{fixed(beside.rms_before)} to {fixed(beside.rms_after)} standard deviations of the noise, which closes "
-            f"{closed(beside)} of that gap.")
+            f"{describe_closure(beside)} of that gap.")
 
 
 def blocks(result: StudyResult) -> Section:
@@ -84,7 +84,8 @@ def blocks(result: StudyResult) -> Section:
         shown = [within(title) for title in block.findings]
         if block.unexplained:
             shown.append("something that no law explains")
-        shown += [f"left over: {within(one.title)}?" for one in result.remainders if block.name in one.blocks]
+        shown += [f"left over: {within(remainder.title)}?" for remainder in result.remainders
+                  if block.name in remainder.blocks]
         rows.append((block.signals, f"{block.chi_square:.2f}", "; ".join(shown) or "none"))
     rows += [(block.signals, "", f"not tested: {listed([channel(name) for name in block.missing])} not measured")
              for block in result.closed]
@@ -101,8 +102,8 @@ def gap(result: StudyResult, has_picture: bool) -> Section:
     for name, closure in result.gap.closures.items():
         unit, factor = CHANNELS[name]
         errors = (fixed(factor * error) for error in (closure.rms_before, closure.rms_after, closure.rms_expected))
-        rows.append((f"{channel(name)} [{unit}]", *errors, closed(closure),
-                     *([closed(control.closures[name])] if control else [])))
+        rows.append((f"{channel(name)} [{unit}]", *errors, describe_closure(closure),
+                     *([describe_closure(control.closures[name])] if control else [])))
     note = f" Control: {within(effect_title(control.effect))}, which acts on another quantity." if control else ""
     head = ("RMS error on held-out conditions", "before", "after", "right model", "gap closed (90 %)")
     parts: list[Part] = [Picture("gap")] if has_picture else []
@@ -133,8 +134,9 @@ def conditions(result: StudyResult) -> Section:
     if not result.conditions:
         return Section("", [])
     rows: list[tuple[str, ...]] = [
-        (in_words(one.name), f"{number(one.stated, 4)} {_UNITS[one.name]}", percent(one.deviation),
-         f"{100 * one.scatter:.2f} %", str(one.engagements)) for one in result.conditions]
+        (in_words(condition.name), f"{number(condition.stated, 4)} {_UNITS[condition.name]}",
+         percent(condition.deviation), f"{100 * condition.scatter:.2f} %", str(condition.engagements))
+        for condition in result.conditions]
     return Section("Conditions as measured", [
         Table(("condition", "stated", "measured minus stated", "scatter", "engagements"), rows), Note(_MEASURED)])
 

@@ -22,8 +22,9 @@ _OVER = ("Measured minus predicted shifting time with its standard error. Predic
 def explained(result: StudyResult) -> Section:
     """The effects that would explain what the simulation leaves; empty without any."""
     rows: list[tuple[str, ...]] = [
-        (effect_title(one.effect), number(one.nats), number(one.errors, 2), _apart(one, place), *_left(one),
-         number(one.worth.shifting_time, 2)) for place, one in enumerate(result.explanations)]
+        (effect_title(explanation.effect), number(explanation.nats), number(explanation.errors, 2),
+         _tell_apart(explanation, place), *_find_largest_misfit(explanation),
+         number(explanation.worth.shifting_time, 2)) for place, explanation in enumerate(result.explanations)]
     head = ("effect", "gain [nats]", "standard errors", "told apart from the first", "leaves at most", "in the",
             "changes the shifting time [ms RMS]")
     return Section("What would explain it", [Table(head, rows, words=(3, 5)), Note(_EXPLAINED)] if rows else [])
@@ -32,24 +33,24 @@ def explained(result: StudyResult) -> Section:
 def times(result: StudyResult, has_picture: bool) -> Section:
     """The shifting times over the conditions; empty where signals were recorded."""
     parts: list[Part] = [Picture("times")] if has_picture else []
-    rows = [_row(one) for one in result.times]
+    rows = [_row(trend) for trend in result.times]
     head = ("condition", "furthest from zero at", "measured minus predicted [ms]", "standard error [ms]", "gain [nats]",
             "standard errors", "more than noise")
     return Section("Shifting times over the conditions",
                    [*parts, Table(head, rows, words=(1, 6)), Note(_OVER)] if rows else [])
 
 
-def _apart(one: Explanation, place: int) -> str:
-    return "" if place == 0 else "no" if one.tied else "yes"
+def _tell_apart(explanation: Explanation, place: int) -> str:
+    return "" if place == 0 else "no" if explanation.tied else "yes"
 
 
-def _left(one: Explanation) -> tuple[str, str]:
+def _find_largest_misfit(explanation: Explanation) -> tuple[str, str]:
     """The largest chi-square that an effect leaves, and where."""
-    name = max(one.chi_square, key=one.chi_square.__getitem__)
-    return f"{one.chi_square[name]:.2f}", channel(name)
+    name = max(explanation.chi_square, key=explanation.chi_square.__getitem__)
+    return f"{explanation.chi_square[name]:.2f}", channel(name)
 
 
-def _row(one: TimesOver) -> tuple[str, ...]:
-    unit, at = "" if one.unit == "1" else f" {raised(one.unit)}", one.furthest
-    return (in_words(one.condition), f"{number(one.levels[at], 4)}{unit}", signed(one.change[at]), fixed(one.error[at]),
-            fixed(one.nats), fixed(one.errors), "yes" if one.shown else "no")
+def _row(trend: TimesOver) -> tuple[str, ...]:
+    unit, at = "" if trend.unit == "1" else f" {raised(trend.unit)}", trend.furthest
+    return (in_words(trend.condition), f"{number(trend.levels[at], 4)}{unit}", signed(trend.change[at]),
+            fixed(trend.error[at]), fixed(trend.nats), fixed(trend.errors), "yes" if trend.shown else "no")

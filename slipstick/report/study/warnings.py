@@ -16,87 +16,88 @@ _CONTROL = 0.5
 
 def warnings(result: StudyResult, aside: Columns | None = None) -> Entries:
     """All warnings of a result; none is good. `aside` are the conditions of the engagements that were set aside."""
-    found: Entries = [] if result.partial is None else [result.partial.warning]
+    entries: Entries = [] if result.partial is None else [result.partial.warning]
     if result.closed:
         missing = dict.fromkeys(name for block in result.closed for name in block.missing)
-        found.append((f"Not measured: {listed([channel(name) for name in missing])}.",
-                      f"{listed([f'“{block.signals}”' for block in result.closed])} could not be tested. "
-                      + ("What is missing there is not found, or appears as a finding of another block."
-                         if result.blocks else "The answer is that of the simulation of the whole bench alone.")))
+        entries.append((f"Not measured: {listed([channel(name) for name in missing])}.",
+                        f"{listed([f'“{block.signals}”' for block in result.closed])} could not be tested. "
+                        + ("What is missing there is not found, or appears as a finding of another block."
+                           if result.blocks else "The answer is that of the simulation of the whole bench alone.")))
     if result.unused_channels:
-        found.append((f"Not used: {listed(result.unused_channels)}.",
-                      "In at least one engagement it has no value up to lock-up, so that no law over it was tried."))
+        entries.append((f"Not used: {listed(result.unused_channels)}.",
+                        "In at least one engagement it has no value up to lock-up, so that no law over it was tried."))
     if result.set_aside:
         names = [f"{place} ({described(aside, row)})" if aside else str(place)
                  for row, place in enumerate(result.set_aside)]
-        found.append((f"Set aside: engagement{'s' * (len(names) > 1)} {listed(names)},",
-                      "numbered from 0. Each is far worse than all others in some block and is not used. Look at "
-                      "its signals: an effect depends on the conditions and acts on many engagements."))
-    found += [(f"Unexplained: “{block.signals}”.", f"Reduced chi-square is {block.chi_square:.2f} with all "
-               "findings, and no law that was tried explains the rest. The findings and their intervals may be off.")
-              for block in result.blocks if block.unexplained]
-    found += [(f"Far worse than the others: {engagements(block.outlying)} in “{block.signals}”,",
-               "numbered from 0, and yet used: too many others are set aside, or the difference shows only beside the "
-               "findings. Look at the signals: either the recording is bad, or an effect acts on few engagements, and "
-               "no law that was tried follows it.") for block in result.blocks if block.outlying]
-    found += [_left_over(one, result) for one in result.remainders]
-    for one in result.findings:
-        found += _about(one, len(result.findings) > 1)
-    return found + _simulation(result) + _gap(result)
+        entries.append((f"Set aside: engagement{'s' * (len(names) > 1)} {listed(names)},",
+                        "numbered from 0. Each is far worse than all others in some block and is not used. Look at "
+                        "its signals: an effect depends on the conditions and acts on many engagements."))
+    entries += [(f"Unexplained: “{block.signals}”.", f"Reduced chi-square is {block.chi_square:.2f} with all "
+                 "findings, and no law that was tried explains the rest. The findings and their intervals may be off.")
+                for block in result.blocks if block.unexplained]
+    entries += [(f"Far worse than the others: {engagements(block.outlying)} in “{block.signals}”,",
+                 "numbered from 0, and yet used: too many others are set aside, or the difference shows only beside "
+                 "the findings. Look at the signals: either the recording is bad, or an effect acts on few "
+                 "engagements, and no law that was tried follows it.") for block in result.blocks if block.outlying]
+    entries += [_warn_of_remainder(remainder, result) for remainder in result.remainders]
+    for finding in result.findings:
+        entries += _warn_of_finding(finding, len(result.findings) > 1)
+    return entries + _warn_of_simulation(result) + _warn_of_gap(result)
 
 
-def _left_over(one: Remainder, result: StudyResult) -> tuple[str, str]:
+def _warn_of_remainder(remainder: Remainder, result: StudyResult) -> tuple[str, str]:
     """What a finding may leave."""
-    blocks = [f"“{block.signals}”" for block in result.blocks if block.name in one.blocks]
-    return (f"Left over: {within(one.title)}?",
-            f"Beside the findings it would explain {one.nats:.0f} nats in {listed(blocks or ['?'])}. Only "
-            f"{one.counted.right} of {one.counted.of} such findings were right on simulated benches: more "
+    blocks = [f"“{block.signals}”" for block in result.blocks if block.name in remainder.blocks]
+    return (f"Left over: {within(remainder.title)}?",
+            f"Beside the findings it would explain {remainder.nats:.0f} nats in {listed(blocks or ['?'])}. Only "
+            f"{remainder.counted.right} of {remainder.counted.of} such findings were right on simulated benches: more "
             "likely a law that was found does not follow its cause everywhere. It is neither named nor simulated.")
 
 
-def _about(one: FindingResult, has_others: bool) -> Entries:
+def _warn_of_finding(finding: FindingResult, has_others: bool) -> Entries:
     """Warnings of a finding that may be one of several."""
-    found: Entries = []
+    entries: Entries = []
     others = [within(effect_title(other.effect)) if other.effect else f"{other.quantity} over {other.depends_on}"
-              for other in one.rivals]
-    others += [within(effect_title(other.rival)) for other in one.experiments]
-    if others or one.kind == "tie":
+              for other in finding.rivals]
+    others += [within(effect_title(other.rival)) for other in finding.experiments]
+    if others or finding.kind == "tie":
         rest = listed(list(dict.fromkeys(others))) if others else "another effect of the same quantity and dependence"
-        found.append(("Not told apart:", f"the recordings do not tell {within(one.title)} from {rest}."))
-    if one.confirmation.agrees is False:
-        found.append(("Not confirmed:", f"the simulation of the whole bench does not support {within(one.title)}"
-                      f"{' in addition to the other findings' * has_others}. It is not part of the extended model. The "
-                      "confidence is that of findings of the blocks, whether they are confirmed or not."))
-    if one.confirmation.simulated == "no":
-        found.append(("Not simulated:", f"the simulation does not have the {one.quantity} in dependence on "
-                      f"“{one.depends_on}”, so the only evidence for {within(one.title)} is that of its blocks."))
-    at_bound = [in_words(coefficient.name) for coefficient in one.confirmation.coefficients if coefficient.at_bound]
+        entries.append(("Not told apart:", f"the recordings do not tell {within(finding.title)} from {rest}."))
+    if finding.confirmation.agrees is False:
+        entries.append(("Not confirmed:", f"the simulation of the whole bench does not support {within(finding.title)}"
+                        f"{' in addition to the other findings' * has_others}. It is not part of the extended model. "
+                        "The confidence is that of findings of the blocks, whether they are confirmed or not."))
+    if finding.confirmation.simulated == "no":
+        entries.append(("Not simulated:", f"the simulation does not have the {finding.quantity} in dependence on "
+                        f"“{finding.depends_on}”, so the only evidence for {within(finding.title)} is that of its "
+                        "blocks."))
+    at_bound = [in_words(coefficient.name) for coefficient in finding.confirmation.coefficients if coefficient.at_bound]
     if at_bound:
-        found.append(("At a bound:", f"{listed(at_bound)} of {within(one.title)}. The interval has no meaning, and the "
-                      "formula may be the wrong one."))
-    if one.law is not None and one.law.linearised:
-        found.append(("Rough band:", f"the law of {within(one.title)} comes from the closing piston. Its interval is "
-                                     "that of a linear model and may be several times too narrow."))
-    return found
+        entries.append(("At a bound:", f"{listed(at_bound)} of {within(finding.title)}. The interval has no meaning, "
+                        "and the formula may be the wrong one."))
+    if finding.law is not None and finding.law.linearised:
+        entries.append(("Rough band:", f"the law of {within(finding.title)} comes from the closing piston. Its "
+                        "interval is that of a linear model and may be several times too narrow."))
+    return entries
 
 
-def _simulation(result: StudyResult) -> Entries:
+def _warn_of_simulation(result: StudyResult) -> Entries:
     """Whether the fits converged, and signals in which the simulation leaves more than noise."""
-    found: Entries = []
+    entries: Entries = []
     if result.after is None:
-        return found
+        return entries
     if not result.after.converged:
-        found.append(("Not converged:", "the fit of the simulation did not converge within its iterations. "
-                      "Coefficients and the log-likelihood may be off."))
+        entries.append(("Not converged:", "the fit of the simulation did not converge within its iterations. "
+                        "Coefficients and the log-likelihood may be off."))
     misfits = [f"{number(value)} in the {channel(name)}" for name, value in result.after.chi_square.items()
                if value > MISFIT]
     if misfits:
-        found.append(("The simulation leaves more than noise:", f"reduced chi-square is {listed(misfits)}. "
-                      "Coefficients and their intervals are biased by what is missing there."))
-    return found
+        entries.append(("The simulation leaves more than noise:", f"reduced chi-square is {listed(misfits)}. "
+                        "Coefficients and their intervals are biased by what is missing there."))
+    return entries
 
 
-def _gap(result: StudyResult) -> Entries:
+def _warn_of_gap(result: StudyResult) -> Entries:
     """Whether predictions improve, and whether the control does as well."""
     if result.gap is None:
         return []

@@ -23,21 +23,23 @@ def effect_of(name: str | None) -> Effect | None:
     return next((effect for effect in CATALOGUE if effect.name == name), None)
 
 
-def meaning(effect: Effect | None, coefficient: str) -> str:
+def meaning(effect: Effect | None, name: str) -> str:
     """The meaning of a coefficient."""
-    if coefficient == "factor":
+    if name == "factor":
         return "multiple of the measured law, 1 if the simulation agrees with it"
-    return "" if effect is None else next((one.meaning for one in effect.coefficients if one.name == coefficient), "")
+    if effect is None:
+        return ""
+    return next((coefficient.meaning for coefficient in effect.coefficients if coefficient.name == name), "")
 
 
-def coefficient_row(one: Coefficient, effect: Effect | None) -> tuple[str, ...]:
+def coefficient_row(coefficient: Coefficient, effect: Effect | None) -> tuple[str, ...]:
     """Name, estimate, interval and meaning, in one readable unit."""
-    unit, factor = units.scale(one.unit, one.value)
-    estimate = units.with_unit(units.fixed(factor * one.value, 4), unit)
-    if one.at_bound:
-        return in_words(one.name), estimate, "none: at a bound of the search", meaning(effect, one.name)
-    return (in_words(one.name), estimate, units.with_unit(between(factor * one.lower, factor * one.upper), unit),
-            meaning(effect, one.name))
+    unit, factor = units.scale(coefficient.unit, coefficient.value)
+    estimate = units.with_unit(units.fixed(factor * coefficient.value, 4), unit)
+    if coefficient.at_bound:
+        return in_words(coefficient.name), estimate, "none: at a bound of the search", meaning(effect, coefficient.name)
+    interval = between(factor * coefficient.lower, factor * coefficient.upper)
+    return (in_words(coefficient.name), estimate, units.with_unit(interval, unit), meaning(effect, coefficient.name))
 
 
 def between(lower: float, upper: float) -> str:
@@ -45,7 +47,7 @@ def between(lower: float, upper: float) -> str:
     return f"{units.fixed(lower, 4)} to {units.fixed(upper, 4)}"
 
 
-def closed(closure: Closure) -> str:
+def describe_closure(closure: Closure) -> str:
     """The closed share of a gap, with its interval."""
     if closure.closure is None or closure.lower is None or closure.upper is None:
         return "no significant gap"
@@ -64,6 +66,6 @@ def percent(share: float) -> str:
     return "0 %" if not text.strip("+-0.% ") else text.replace("-", "−")
 
 
-def many(count: int, one: str) -> str:
+def many(count: int, noun: str) -> str:
     """A count with its noun."""
-    return f"{count} {one}" if count == 1 else f"{count} {one}s"
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -1,4 +1,4 @@
-"""`serve-jobs`: run the fits and studies submitted to the service, one short and one long job at a time."""
+"""`work`: run the fits and studies submitted to the service, one short and one long job at a time."""
 
 import argparse
 import logging

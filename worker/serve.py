@@ -1,0 +1,80 @@
+"""`serve`: start the service as a program of its own, and a worker beside it if wanted."""
+
+import argparse
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from slipstick import interruption
+from slipstick.storage.shipped import FOLDER
+
+from .bench_option import library_folder
+from .program import PACKAGE, SERVICE
+
+_POLL_SECONDS = 0.1
+_END_SECONDS = 10.0
+"""Time that the programs have to end after a signal before they are killed."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command; what is not given is as docs/settings.md has it."""
+    parser.add_argument("--port", type=int, metavar="N", help="port to listen on (SLIPSTICK_PORT; default: 8000)")
+    parser.add_argument("--host", metavar="ADDRESS", help="address to listen on (SLIPSTICK_HOST; default: 127.0.0.1)")
+    parser.add_argument("--tables", type=Path, default=library_folder(), metavar="FOLDER",
+                        help="folder of benches, tables and recordings; where it is missing, it is made with the "
+                             "shipped ones (SLIPSTICK_TABLES; default: %(default)s)")
+    parser.add_argument("--jobs", metavar="URL",
+                        help="URL of the job database (SLIPSTICK_JOBS; default: sqlite:///var/jobs.sqlite)")
+    parser.add_argument("--with-worker", action="store_true",
+                        help="run a worker for fits and studies beside it, and end both together")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Serve until SIGTERM, Ctrl-C, or the end of the service; without a worker this process becomes the service."""
+    fill(arguments.tables)
+    given = {"PORT": arguments.port, "HOST": arguments.host, "TABLES": arguments.tables, "JOBS": arguments.jobs}
+    environment = {**os.environ, **{f"SLIPSTICK_{name}": str(value) for name, value in given.items()
+                                    if value is not None}}
+    service, worker = ([sys.executable, "-m", *words] for words in ([SERVICE], [PACKAGE, "work"]))
+    if not arguments.with_worker:
+        os.execve(sys.executable, service, environment)
+    received = list[int]()
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, lambda number, _: received.append(number))
+    # In sessions of their own, Ctrl-C reaches them through this process only, and each says once that it ends.
+    programs = [subprocess.Popen(command, env=environment, start_new_session=True) for command in (service, worker)]
+    try:
+        while not received and all(program.poll() is None for program in programs):
+            time.sleep(_POLL_SECONDS)
+        status = next((program.returncode for program in programs if program.returncode), 0)
+    finally:
+        end(programs)
+    return interruption.STATUS if signal.SIGINT in received else int(status)
+
+
+def end(programs: list[subprocess.Popen[bytes]]) -> None:
+    """End the programs, and kill those that do not end."""
+    for program in programs:
+        if program.poll() is None:
+            program.terminate()
+    for program in programs:
+        try:
+            program.wait(_END_SECONDS)
+        except subprocess.TimeoutExpired:
+            program.kill()
+            program.wait()
+
+
+def fill(folder: Path) -> None:
+    """Make the folder of tables with what is shipped, where it is missing."""
+    if folder.exists():
+        return
+    folder.mkdir(parents=True)
+    names = ("heavy.toml", "compact.toml", "sample.h5")
+    for name in names:
+        shutil.copy(FOLDER / name, folder)
+    print(f"Made the folder {folder} with {', '.join(names)}", file=sys.stderr)
