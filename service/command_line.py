@@ -99,8 +99,8 @@ def main() -> int:
         print(f"error: {error}", file=sys.stderr)
         return 1
     except ValidationError as error:
-        for one in error.errors():
-            print(f"error: SLIPSTICK_{str(one['loc'][0]).upper()} is invalid: {one['msg']}. `slipstick serve --help` "
-                  "describes it.", file=sys.stderr)
+        for problem in error.errors():
+            print(f"error: SLIPSTICK_{str(problem['loc'][0]).upper()} is invalid: {problem['msg']}. "
+                  f"`python -m {__package__} --help` describes it.", file=sys.stderr)
         return 1
     return 0

@@ -109,7 +109,7 @@ def test_every_setting_is_documented_with_its_default(monkeypatch: pytest.Monkey
 
 
 def test_every_command_is_documented() -> None:
-    assert dict(rows("settings.md", "Worker")) == COMMANDS
+    assert dict(rows("settings.md", "Commands")) == COMMANDS
 
 
 def test_every_route_and_every_error_status_is_documented(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import slipstick
 from evidence.tables import read_rates
 from slipstick.interface.fit import Fit
 from slipstick.interface.study import Study
-from slipstick.studies.confidence import counted
+from slipstick.studies.confidence import count_right
 
 ROOT = Path(__file__).parents[1]
 TEXT = " ".join((ROOT / "README.md").read_text().replace(">", "").split())
@@ -44,7 +44,7 @@ def test_the_answer_and_the_gap_are_those_of_the_study(sample_study: Study) -> N
 def test_the_confidence_is_that_of_the_finding(sample_study: Study) -> None:
     (finding,) = sample_study.findings
     assert finding.confidence is not None
-    band = counted(finding.confidence)
+    band = count_right(finding.confidence)
     assert f"a confidence of {finding.confidence:.2f}: of {band.of} findings" in TEXT
     assert f"effects, {band.right} were right" in TEXT
 

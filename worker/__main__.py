@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from slipstick import __version__
-from slipstick.errors import SlipstickError
+from slipstick.errors import SlipstickError, UnknownName
 from slipstick.extras import remedy_of
 from slipstick.interruption import exit_with, interrupt_by_exception
 
@@ -61,9 +61,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         description="Find where the simulation of a machine and its test bench disagree, and which effect explains it.",
         formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--version", action="version", version=f"Slipstick {__version__}")
-    parser.add_argument("command", choices=(*COMMANDS, *_FORMER), metavar="COMMAND", help="one of the commands below")
+    parser.add_argument("command", metavar="COMMAND", help="one of the commands below")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
-    parsed = parser.parse_args(arguments)
+    words = sys.argv[1:] if arguments is None else list(arguments)
+    if not words:
+        parser.print_help()
+        return 0
+    parsed = parser.parse_args(words)
+    if parsed.command not in (*COMMANDS, *_FORMER):
+        parser.error(str(UnknownName.of("command", parsed.command, COMMANDS)))
     try:
         given = command_parser(parsed.command).parse_args(parsed.arguments)
         interrupt_by_exception()

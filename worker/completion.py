@@ -11,17 +11,19 @@ _slipstick() {{
         COMPREPLY=($(compgen -W "{commands} --help --version" -- "$current"))
         return
     fi
-    case "${{COMP_WORDS[1]}} $previous" in
-{choices}
-    esac
-    if [ -z "$words" ] && [ "${{current:0:1}}" = "-" ]; then
+    if [ "${{current:0:1}}" = "-" ]; then
         case "${{COMP_WORDS[1]}}" in
 {options}
+        esac
+    else
+        case "${{COMP_WORDS[1]}} $previous" in
+{choices}
         esac
     fi
     if [ -n "$words" ]; then
         COMPREPLY=($(compgen -W "$words" -- "$current"))
     else
+        local IFS=$'\n'  # names may contain spaces
         COMPREPLY=($(compgen -f -- "$current"))
     fi
 }}
@@ -46,7 +48,7 @@ def bash() -> str:
     actions = {name: command_parser(name)._actions for name in COMMANDS}
     options = "\n".join(f'            {name}) words="{" ".join(_options(given))}" ;;'
                         for name, given in actions.items())
-    choices = "\n".join(f'        "{name} {option}") words="{" ".join(map(str, action.choices))}" ;;'
+    choices = "\n".join(f'            "{name} {option}") words="{" ".join(map(str, action.choices))}" ;;'
                         for name, given in actions.items() for action in given if action.choices
                         for option in action.option_strings or (name,))
     return _BASH.format(commands=" ".join(COMMANDS), options=options, choices=choices)
@@ -71,7 +73,11 @@ def fish() -> str:
 
 
 def _options(actions: list[argparse.Action]) -> list[str]:
-    return [option for action in actions for option in action.option_strings if option.startswith("--")]
+    """The options of a command, and those of its actions, as `bench` has them."""
+    nested = [action for given in actions if isinstance(given, argparse._SubParsersAction)
+              for parser in given.choices.values() for action in parser._actions]
+    options = [option for action in (*actions, *nested) for option in action.option_strings if option.startswith("--")]
+    return list(dict.fromkeys(options))
 
 
 def _quoted(text: str) -> str:

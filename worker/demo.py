@@ -18,6 +18,7 @@ import urllib.request
 from pathlib import Path
 from typing import Any
 
+from slipstick import interruption
 from slipstick.errors import InvalidValue, SlipstickError
 from slipstick.inference.fitting import say_progress
 
@@ -30,8 +31,16 @@ _RECORDINGS = {"heavy": "sample", "compact": "measured-compact"}
 _AXES = ("--axis", "pressure_bias=0.5:1.5:50", "--axis", "initial_position=0.5:2:50")
 """Of the tables that are fitted: wide enough for the scatter of the initial position."""
 _FIT: dict[str, Any] = {"parameters": ["initial_position"], "settings": {"intervals": True}}
+_REMEDY = {True: "Give the name of a new folder as --folder, which is then made with the shipped files",
+           False: "Leave --bench out: recordings of other benches are in the repository of Slipstick only"}
+"""Whether it is the bench that is shipped with recordings -> how to get files that are missing."""
 _START_SECONDS = 120.0
 _END_SECONDS = 30.0
+
+_INTRODUCTION = """\
+The demo simulates tables, calibrates a bench on shipped recordings, studies what its model lacks, and fits before and
+after that is added. It prints each command. It takes less than a minute on two cores, and the first time up to a minute
+more to compile; the longest step is the study."""
 
 Json = dict[str, Any]
 
@@ -58,13 +67,23 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.stop:
         stop(folder / RUN)
         return 0
+    demo = Demo(arguments.bench, arguments.port)
+    for name in [name for name in os.environ if name.startswith("SLIPSTICK_")]:
+        del os.environ[name]  # the settings of another service: the demo has its own folder, jobs and port
     folder.mkdir(parents=True, exist_ok=True)
+    print(_INTRODUCTION)
+    if folder != Path():
+        print(f"\n$ cd {shlex.quote(str(folder))}", flush=True)
     os.chdir(folder)
     fill(Path("tables"))
     stop(RUN)
-    Demo(arguments.bench, arguments.port).show()
-    where = [] if folder == Path() else ["--folder", folder]
-    print(f"\nService and worker are still running. Stop them with: {command_line('demo', '--stop', *where)}")
+    try:
+        demo.show()
+    finally:  # also after Ctrl-C, which service and worker do not hear
+        if (RUN / "serve.pid").exists() and is_running(RUN / "serve.pid"):
+            where = [] if arguments.folder is None else ["--folder", arguments.folder]
+            print(f"\nService and worker are still running. Stop them with: {command_line('demo', '--stop', *where)}",
+                  flush=True)
     return 0
 
 
@@ -72,6 +91,8 @@ class Demo:
     """The demo of a shipped bench, in the present folder, with the service on a port."""
 
     def __init__(self, bench: str, port: int) -> None:
+        if not 0 < port < 65536:
+            raise InvalidValue(f"The port is {port}", "Give a number from 1 to 65535")
         self.bench, self.port, self.recordings = f"tables/{bench}.toml", port, _RECORDINGS[bench]
         self.address = f"http://127.0.0.1:{port}"
         self.suffix = "" if bench == "heavy" else f"-{bench}"
@@ -81,11 +102,10 @@ class Demo:
         """Run all steps, and print what they find and how long they took."""
         for path in (Path(self.bench), Path(f"tables/{self.recordings}.h5")):
             if not path.is_file():
-                raise InvalidValue(f"There is no file {path}", "Give a folder that has the shipped files, or a new one")
+                raise InvalidValue(f"There is no file {path}", _REMEDY[self.suffix == ""])
         with socket.socket() as probe:
             if probe.connect_ex(("127.0.0.1", self.port)) == 0:
                 raise InvalidValue(f"Port {self.port} is in use", "Stop the program that uses it, or give --port 8001")
-        print("This takes a minute or two on two cores, and the first time half a minute more to compile.", flush=True)
         self.command("table at the nominal parameters", "build", "--bench", self.bench,
                      "--out", f"tables/nominal{self.suffix}.h5")
         self.start()
@@ -94,14 +114,13 @@ class Demo:
                      "--recordings", f"tables/{self.recordings}.h5", "--out", calibration)
         study, report = self.job("study", "/v1/studies",
                                  {"recordings": self.recordings, "bench": Path(self.bench).stem})
-        print(f"\n{study['result']['sentence']}")
+        self.print_study(study["result"])
         fits = {"calibrated": self.fit("calibrated", calibration)}
         if study["result"]["gap"]:
             for which in ("before", "after"):
                 model = RUN / f"{which}.json"
                 model.write_text(json.dumps(self.request(f"{report['model']}?which={which}")))
                 fits[which] = self.fit(f"study-{which}", str(model))
-        self.print_study(study["result"])
         self.print_fits({name: output for name, (output, _) in fits.items()})
         query = "&".join(f"{which}={fits[which][1]['self'].rsplit('/')[-1]}" for which in ("before", "after")
                          if which in fits)
@@ -117,15 +136,15 @@ class Demo:
 
     def start(self) -> None:
         """Start service and worker, which outlive this process, and wait until the service responds."""
-        print(f"\nService and worker\n$ {command_line('serve', '--with-worker')} &", flush=True)
+        words = ["serve", "--with-worker", "--no-compile", "--port", str(self.port)]  # the demo compiles what it runs
+        print(f"\nService and worker\n$ {command_line(*words)} &", flush=True)
         begin = time.monotonic()
         RUN.mkdir(parents=True, exist_ok=True)
         with (RUN / "serve.log").open("w") as log, (RUN / "serve.pid").open("w") as pid_file:
             # The process inherits the lock on its PID file: as long as it is held, the PID is that of this process.
             fcntl.flock(pid_file, fcntl.LOCK_EX)
-            words = [sys.executable, "-m", PACKAGE, "serve", "--with-worker", "--port", str(self.port)]
-            process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True,
-                                       pass_fds=[pid_file.fileno()])
+            process = subprocess.Popen([sys.executable, "-m", PACKAGE, *words], stdin=subprocess.DEVNULL, stdout=log,
+                                       stderr=log, start_new_session=True, pass_fds=[pid_file.fileno()])
             pid_file.write(str(process.pid))
         while not self.is_up():
             if process.poll() is not None or time.monotonic() > begin + _START_SECONDS:
@@ -146,7 +165,13 @@ class Demo:
         """Print and run a command, and keep its wall time under `name`."""
         print(f"\n{name[0].upper()}{name[1:]}\n$ {command_line(*words)}", flush=True)
         begin = time.monotonic()
-        status = subprocess.run([sys.executable, "-m", PACKAGE, *words], check=False).returncode
+        with interruption.unheard():
+            process = subprocess.Popen([sys.executable, "-m", PACKAGE, *words])
+        try:
+            status = process.wait()
+        except KeyboardInterrupt:
+            process.kill()
+            raise
         if status:
             raise DemoStopped(f"The command ended with status {status}", "Its message says why")
         self.seconds[name] = time.monotonic() - begin
@@ -155,7 +180,7 @@ class Demo:
         """The output and the addresses of the same fit on a table of the `model`, which is built."""
         table = f"{name}{self.suffix}"
         self.command(f"table “{name}”", "build", "--bench", self.bench, "--model", model,
-                     "--conditions", f"tables/{self.recordings}.h5", *_AXES, "--out", f"tables/{table}.h5")
+                     *_AXES, "--out", f"tables/{table}.h5")
         return self.job(f"fit on the table “{name}”", "/v1/fits",
                         {"table": table, "recordings": self.recordings, **_FIT})
 

@@ -5,8 +5,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from slipstick.errors import WrongDigest
-from slipstick.time_budget import DEFAULT
+from slipstick.errors import InvalidValue, WrongDigest
+from slipstick.time_budget import DEFAULT, seconds_of
 
 Order = dict[str, Any]
 """The input of a job, as the service submits it (service/job_store.py)."""
@@ -26,9 +26,20 @@ def require_same(order: Order, kind: str, digest: str, job: str) -> None:
 
 def add_time_budget_argument(parser: argparse.ArgumentParser) -> None:
     """Add the option of a command that delivers what it has when its time is over."""
-    parser.add_argument("--time-budget", type=float, default=DEFAULT, metavar="SECONDS",
-                        help="time after which the command ends at its next step, with a partial result of what it has "
-                             "(default: %(default)g, a day)")
+    parser.add_argument("--time-budget", type=_seconds, default=DEFAULT, metavar="TIME",
+                        help='time in s, or with a unit such as "2 min", after which the command ends at its next step '
+                             "with a partial result of what it has (default: %(default)g, a day)")
+
+
+def _seconds(text: str) -> float:
+    try:
+        budget: float | str = float(text)
+    except ValueError:
+        budget = text
+    try:
+        return seconds_of(budget)
+    except InvalidValue as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def time_left(order: Order, checkpoint: Mapping[str, Any]) -> float:

@@ -31,6 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="URL of the job database (SLIPSTICK_JOBS; default: sqlite:///var/jobs.sqlite)")
     parser.add_argument("--with-worker", action="store_true",
                         help="run a worker for fits and studies beside it, and end both together")
+    parser.add_argument("--no-compile", action="store_true",
+                        help="the worker does not compile what jobs run in the background, as with `work --no-compile`")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -39,12 +41,14 @@ def run(arguments: argparse.Namespace) -> int:
     given = {"PORT": arguments.port, "HOST": arguments.host, "TABLES": arguments.tables, "JOBS": arguments.jobs}
     environment = {**os.environ, **{f"SLIPSTICK_{name}": str(value) for name, value in given.items()
                                     if value is not None}}
-    service, worker = ([sys.executable, "-m", *words] for words in ([SERVICE], [PACKAGE, "work"]))
+    quiet = ["--no-compile"] if arguments.no_compile else []
+    service, worker = ([sys.executable, "-m", *words] for words in ([SERVICE], [PACKAGE, "work", *quiet]))
     if not arguments.with_worker:
         os.execve(sys.executable, service, environment)
     received = list[int]()
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
-        signal.signal(number, lambda number, _: received.append(number))
+        if signal.getsignal(number) is not signal.SIG_IGN:  # as with `nohup`, and `&` in a script
+            signal.signal(number, lambda number, _: received.append(number))
     # In sessions of their own, Ctrl-C reaches them through this process only, and each says once that it ends.
     programs = [subprocess.Popen(command, env=environment, start_new_session=True) for command in (service, worker)]
     try:
@@ -53,7 +57,9 @@ def run(arguments: argparse.Namespace) -> int:
         status = next((program.returncode for program in programs if program.returncode), 0)
     finally:
         end(programs)
-    return interruption.STATUS if signal.SIGINT in received else int(status)
+    if signal.SIGINT in received:
+        return interruption.STATUS
+    return status if status >= 0 else 128 - status  # as shells have it for a program that a signal has killed
 
 
 def end(programs: list[subprocess.Popen[bytes]]) -> None:

@@ -10,19 +10,14 @@ import sys
 from multiprocessing import resource_tracker
 from pathlib import Path
 
-from dbos import DBOS, error
-
 from slipstick import interruption
 from slipstick.black_box import BlackBox
 from slipstick.errors import InvalidValue
-from slipstick.storage.database import file_of, is_server, open_database, shown
 
-from . import fit_job, heartbeat, jobs, study_job
 from .bench_option import library_folder
 from .computing import Computer
 from .executors import add_dask_argument
 from .simulators import Simulators
-from .worker_name import locked_name
 
 _APPLICATION = "slipstick"
 _VERSION = "jobs-4"
@@ -56,6 +51,13 @@ def run(arguments: argparse.Namespace) -> int:
     Raises `InvalidValue` if a worker of the same name is running, or without a folder of tables, in which all jobs
     would fail.
     """
+    from dbos import DBOS  # an extra, which --help needs not
+
+    from slipstick.storage.database import file_of, is_server, open_database, shown
+
+    from . import fit_job, heartbeat, jobs, study_job
+    from .worker_name import locked_name
+
     if not Path(arguments.tables).is_dir():
         raise InvalidValue(f"There is no folder '{arguments.tables}'",
                            "Give that of the service as --tables, or in SLIPSTICK_TABLES")
@@ -94,4 +96,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _is_not_cancellation(record: logging.LogRecord) -> bool:
     # DBOS logs a cancelled job as an error with a traceback, although the user requested it.
+    from dbos import error
+
     return not (record.exc_info and isinstance(record.exc_info[1], error.DBOSAwaitedWorkflowCancelledError))

@@ -131,8 +131,9 @@ def _hostile_edits(rng: np.random.Generator) -> list[Edit]:
         reshape(lambda values: values[:0]), reshape(np.atleast_3d),
         link_to(h5py.SoftLink("/")), link_to(h5py.SoftLink("/nowhere")), link_to(h5py.ExternalLink("/etc/passwd", "/")),
         set_value(np.inf), set_value(-np.inf), make_virtual, compress,
-        set_order(b"[]"), set_order(b"{}"), set_order(b'["torque_constant", "torque_constant"]'), set_order(b'["../times", "x"]'),
-        set_order(b"[" * 100_000), set_order(b'["' + b"a" * 60_000 + b'"]'), set_order(b"[1, null]"), set_order(b'["torque_constant"]')]
+        set_order(b"[]"), set_order(b"{}"), set_order(b'["torque_constant", "torque_constant"]'),
+        set_order(b'["../times", "x"]'), set_order(b"[" * 100_000), set_order(b'["' + b"a" * 60_000 + b'"]'),
+        set_order(b"[1, null]"), set_order(b'["torque_constant"]')]
 
 
 def _replace(file: h5py.File, path: str, values: np.ndarray | None, **options: Any) -> None:

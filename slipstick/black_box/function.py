@@ -44,37 +44,37 @@ class Function:
         module = self.reference.partition(":")[0]
         self._add_folder()
         try:
-            found = importlib.util.find_spec(module)
+            spec = importlib.util.find_spec(module)
         except (ImportError, ValueError) as error:
-            raise _missing(self.reference, str(error)) from error
-        if found is None or not found.origin or not Path(found.origin).is_file():
-            raise _missing(self.reference, f"there is no module '{module}' in {self.folder} or installed")
-        return f"Python callable {self.reference}, source {hashlib.sha256(Path(found.origin).read_bytes()).hexdigest()}"
+            raise _loading_error(self.reference, str(error)) from error
+        if spec is None or not spec.origin or not Path(spec.origin).is_file():
+            raise _loading_error(self.reference, f"there is no module '{module}' in {self.folder} or installed")
+        return f"Python callable {self.reference}, source {hashlib.sha256(Path(spec.origin).read_bytes()).hexdigest()}"
 
     def run(self, inputs: Mapping[str, float], cases: Cases) -> list[float | NoResult]:
         """The output under each of the n conditions, NaN where there is none; raises `InvalidValue`."""
-        function = self._loaded()
+        function = self._load()
         names = [quantity.name for quantity in cases.quantities]
         return [self._call(function, {**inputs, **dict(zip(names, row.tolist(), strict=True))})
                 for row in cases.values]
 
     def _call(self, function: Callable[..., Any], arguments: Mapping[str, float]) -> float | NoResult:
         try:
-            with _limited(self.timeout):
+            with _limit_time(self.timeout):
                 value = function(**arguments)
             return np.nan if value is None else float(value)
         except Exception as error:
             return NoResult(f"{type(error).__name__}: {error}")
 
-    def _loaded(self) -> Callable[..., Any]:
+    def _load(self) -> Callable[..., Any]:
         module, _, name = self.reference.partition(":")
         self._add_folder()
         try:
             function = getattr(importlib.import_module(module), name)
         except Exception as error:
-            raise _missing(self.reference, f"{type(error).__name__}: {error}") from error
+            raise _loading_error(self.reference, f"{type(error).__name__}: {error}") from error
         if not callable(function):
-            raise _missing(self.reference, "it is not callable")
+            raise _loading_error(self.reference, "it is not callable")
         loaded: Callable[..., Any] = function
         return loaded
 
@@ -83,13 +83,13 @@ class Function:
             sys.path.insert(0, self.folder)  # stays, because the function may import further modules when it runs
 
 
-def _missing(reference: str, reason: str) -> InvalidValue:
+def _loading_error(reference: str, reason: str) -> InvalidValue:
     return InvalidValue(f"The callable '{reference[:100]}' cannot be loaded: {reason}",
                         'Write callable = "module:function", with the module beside the file of the machine')
 
 
 @contextmanager
-def _limited(seconds: float) -> Iterator[None]:
+def _limit_time(seconds: float) -> Iterator[None]:
     """Raise `TimeoutError` in the block after `seconds` s, in a main thread, as that of a worker is."""
     if threading.current_thread() is not threading.main_thread():
         yield

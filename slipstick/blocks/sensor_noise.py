@@ -46,12 +46,12 @@ def sensor_noise(name: str, values: np.ndarray) -> Noise:
                            "Record it with a finer resolution, or add the noise of its sensor")
 
     def excess(rho: float) -> float:
-        return _filtered(_LAGGED, rho) * third**2 - _filtered(_THIRD, rho) * lagged**2
+        return _filtered_variance(_LAGGED, rho) * third**2 - _filtered_variance(_THIRD, rho) * lagged**2
 
     low, high = excess(-HIGHEST), excess(HIGHEST)
     rho = scipy.optimize.brentq(excess, -HIGHEST, HIGHEST) if low < 0 < high else (
         HIGHEST if high <= 0 else -HIGHEST)
-    return third / np.sqrt(_filtered(_THIRD, rho)), float(rho)
+    return third / np.sqrt(_filtered_variance(_THIRD, rho)), float(rho)
 
 
 def noise_of(left: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> Noise:
@@ -63,19 +63,21 @@ def noise_of(left: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> Noise:
     observed = np.array([_variance(left, counted, lag) for lag in _LAGS])
     if not np.all(observed > 0):
         return noise.std, noise.correlation
-    walk = np.array([_walk(noise, counted, lag) for lag in _LAGS])
+    walk = np.array([_walk_variance(noise, counted, lag) for lag in _LAGS])
 
-    def off(values: np.ndarray) -> np.ndarray:
-        own = np.exp(2 * values[0]) * np.array([_filtered(_taps(lag), float(np.tanh(values[1]))) for lag in _LAGS])
+    def log_ratios(values: np.ndarray) -> np.ndarray:
+        rho = float(np.tanh(values[1]))
+        own = np.exp(2 * values[0]) * np.array([_filtered_variance(_taps(lag), rho) for lag in _LAGS])
         return np.asarray(np.log((own + walk) / observed))
 
     most = float(np.arctanh(HIGHEST))
-    least = float(np.log(_LEAST * np.sqrt(observed[0] / _filtered(_taps(1), -1.0))))
+    least = float(np.log(_LEAST * np.sqrt(observed[0] / _filtered_variance(_taps(1), -1.0))))
     bounds = (least, -most), (np.inf, most)
     correlation = float(np.clip(noise.correlation, -_BEGIN, _BEGIN))
-    begun = np.clip([0.5 * np.log(observed[0] / _filtered(_taps(1), correlation)), np.arctanh(correlation)], *bounds)
-    found = scipy.optimize.least_squares(off, begun, bounds=bounds).x
-    return float(np.exp(found[0])), float(np.tanh(found[1]))
+    begun = np.clip([0.5 * np.log(observed[0] / _filtered_variance(_taps(1), correlation)), np.arctanh(correlation)],
+                    *bounds)
+    estimate = scipy.optimize.least_squares(log_ratios, begun, bounds=bounds).x
+    return float(np.exp(estimate[0])), float(np.tanh(estimate[1]))
 
 
 def power(noise: Noise) -> float:
@@ -84,11 +86,11 @@ def power(noise: Noise) -> float:
     return std**2 * (1 + rho) / (1 - rho) if rho < 1 else np.inf
 
 
-def added(one: Noise, other: Noise) -> Noise:
+def added(first: Noise, second: Noise) -> Noise:
     """The sum of two autoregressive processes, as one of the same variance and first lag."""
-    (std, rho), (more, its) = one, other
-    variance = std**2 + more**2
-    return float(np.sqrt(variance)), float((std**2 * rho + more**2 * its) / variance)
+    (std, rho), (other_std, other_rho) = first, second
+    variance = std**2 + other_std**2
+    return float(np.sqrt(variance)), float((std**2 * rho + other_std**2 * other_rho) / variance)
 
 
 def in_common(left: np.ndarray, groups: np.ndarray) -> Noise:
@@ -117,13 +119,13 @@ def _variance(left: np.ndarray, counted: np.ndarray, lag: int) -> float:
     return _robust_std((left[:, ends] - 2 * left[:, middle] + left[:, :-2 * lag])[every]) ** 2
 
 
-def _walk(noise: BlockNoise, counted: np.ndarray, lag: int) -> float:
+def _walk_variance(noise: BlockNoise, counted: np.ndarray, lag: int) -> float:
     """Variance of second differences of the integrated noise of the input."""
     if noise.onto is None:
         return 0.0
     onto = float((noise.onto**2)[counted[:, 1:]].mean())
     sums = np.repeat([-1.0, 1.0], lag)
-    return onto * noise.input_std**2 * _filtered(sums, noise.input_correlation)
+    return onto * noise.input_std**2 * _filtered_variance(sums, noise.input_correlation)
 
 
 def _taps(lag: int) -> np.ndarray:
@@ -142,7 +144,7 @@ def _robust_std(values: np.ndarray) -> float:
     return float(np.sqrt(np.partition(squares, kept)[:kept].mean() / share))
 
 
-def _filtered(taps: np.ndarray, rho: float) -> float:
+def _filtered_variance(taps: np.ndarray, rho: float) -> float:
     """Variance of an autoregressive process of variance 1 after a filter."""
     lags = np.abs(np.subtract.outer(np.arange(len(taps)), np.arange(len(taps))))
     return float(taps @ np.power(rho, lags) @ taps)

@@ -57,7 +57,7 @@ def whitened(columns: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> np.
     if noise.modes is not None:
         plain = replace(noise, modes=None)
         white, modes = whitened(columns, counted, plain), whitened(noise.modes[:, :, :k], counted, plain)
-        _without_modes(white, modes, _share_of(modes))
+        _remove_modes(white, modes, _share_of(modes))
         return white
     if noise.correlation == 0 and noise.decay is None:  # the samples are independent already
         return columns * (counted / noise.std)[:, None]
@@ -65,7 +65,7 @@ def whitened(columns: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> np.
     # Contiguous copies, so that the filters are compiled for one memory layout.
     columns, counted = np.ascontiguousarray(columns), np.ascontiguousarray(counted)
     if noise.decay is None or noise.onto is None:
-        _autoregressive(columns, counted, noise.std, noise.correlation, out)
+        _whiten_autoregressive(columns, counted, noise.std, noise.correlation, out)
     else:
         _filter(columns, counted, noise.std, noise.correlation, noise.input_std, noise.input_correlation,
                 np.ascontiguousarray(noise.decay), np.ascontiguousarray(noise.onto), out)
@@ -73,7 +73,7 @@ def whitened(columns: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> np.
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _autoregressive(columns, counted, std, rho, out):  # type: ignore[no-untyped-def]
+def _whiten_autoregressive(columns, counted, std, rho, out):  # type: ignore[no-untyped-def]
     """The filter without integrated noise: the noise of the sensor is known at every sample that is counted."""
     n, p, k = columns.shape
     following = 1 / (std * np.sqrt(1 - rho * rho))
@@ -103,7 +103,7 @@ def _share_of(modes: np.ndarray) -> np.ndarray:
 
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
-def _without_modes(white, modes, share):  # type: ignore[no-untyped-def]
+def _remove_modes(white, modes, share):  # type: ignore[no-untyped-def]
     """Take their `share` (n, r, r) of `modes` (n, r, k) off rows `white` (n, p, k), which are of unit variance then."""
     n, p, k = white.shape
     r = modes.shape[1]
@@ -156,14 +156,14 @@ def _filter(columns, counted, std, rho, input_std, input_rho, decay, onto, out):
                 puu, puv = input_rho * input_rho * puu + input_fresh, input_rho * rho * puv
             pvv = rho * rho * pvv + fresh
         for first in range(0, p, _LANES):
-            some = min(_LANES, p - first)
+            lanes = min(_LANES, p - first)
             x[:] = 0.0
             u[:] = 0.0
             v[:] = 0.0
             for t in range(last):
-                for j in range(some):
+                for j in range(lanes):
                     innovation[j] = columns[i, first + j, t] - x[j] - v[j]
-                for j in range(some):
+                for j in range(lanes):
                     out[i, first + j, t] = innovation[j] * gain[t, 3]
                 gx, gu, gv = gain[t, 0], gain[t, 1], gain[t, 2]
                 for j in range(_LANES):

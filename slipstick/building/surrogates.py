@@ -115,7 +115,7 @@ class _Design:
         return cls(points, validation.uniform(lower, upper, (held_out, len(axes))), further)
 
     def train_network(self, axes: tuple[Axis, ...], times: np.ndarray, expected: np.ndarray, steps: int,
-                count: Count) -> tuple[Network, HeldOut]:
+                      count: Count) -> tuple[Network, HeldOut]:
         """The network trained on the `times` (m, n) at the points, and its error against those `expected` elsewhere."""
         network = train(germs(axes, self.points), times, steps, self.training,
                         lambda done: count(done, steps, "training steps", 0))

@@ -44,20 +44,20 @@ def calibrate(recordings: Recordings, bench: Bench, start: Model | None = None,
     end = time.monotonic() + budget
     model = start or Model(bench.physics)
     bench.require(model.physics)
-    signals, lock_up_noise = _checked(recordings, bench)
+    signals, lock_up_noise = _require_signals(recordings, bench)
     observations = Observations(recordings, signals, bench, bench.uncertain, np.array(model.parameters),
                                 model.coefficients(), model.laws)
     shown = [sensor_noise(name, signals[name]) for name in signals.names]
     sensors = Noise(*np.array([*shown, (lock_up_noise, 0.0)]).T)
     require_match(recordings, bench, model)
     scatter = [bench.prior(name).scatter for name in bench.uncertain]
-    found = fit(observations, start_values(observations), sensors,
-                np.array([one or _SCATTER for one in scatter]), report, end)
-    partial = Partial(budget, [f"iterations: {found.iterations}"], ["convergence"]) if found.is_partial else None
-    return replace(_concluded(observations, model, found, lock_up_noise), partial=partial)
+    fitted = fit(observations, start_values(observations), sensors,
+                 np.array([std or _SCATTER for std in scatter]), report, end)
+    partial = Partial(budget, [f"iterations: {fitted.iterations}"], ["convergence"]) if fitted.is_partial else None
+    return replace(_conclude(observations, model, fitted, lock_up_noise), partial=partial)
 
 
-def _checked(recordings: Recordings, bench: Bench) -> tuple[Signals, float]:
+def _require_signals(recordings: Recordings, bench: Bench) -> tuple[Signals, float]:
     """The signals, and the noise of the shifting time in s."""
     noise = bench.sensors["shifting_time"].noise
     if not noise:
@@ -78,16 +78,16 @@ def _checked(recordings: Recordings, bench: Bench) -> tuple[Signals, float]:
     return recordings.signals, noise
 
 
-def _concluded(observations: Observations, model: Model, found: MixedFit, lock_up_noise: float) -> Calibration:
-    effects, bench, free = found.effects, observations.bench, observations.free
+def _conclude(observations: Observations, model: Model, fitted: MixedFit, lock_up_noise: float) -> Calibration:
+    effects, bench, free = fitted.effects, observations.bench, observations.free
     nominal = np.array(bench.physics.nominal)[[parameters.index(name) for name in free]]
     lower, upper = observations.bounds
     margin = _AT_BOUND * (upper - lower)
     values = dict(zip(free, effects.mean * nominal, strict=True))
-    fitted, error = model.with_parameters(values), effects.standard_error
-    noise, chi_square = _remaining(observations, found, lock_up_noise)
+    calibrated, error = model.with_parameters(values), effects.standard_error
+    noise, chi_square = _estimate_noise(observations, fitted, lock_up_noise)
     return Calibration(
-        model=fitted, free=free, standard_error=error * nominal,
+        model=calibrated, free=free, standard_error=error * nominal,
         interval=effects.intervals(LEVEL) * nominal[:, None], level=LEVEL,
         correlation=effects.covariance / np.outer(error, error), scatter=effects.scatter * nominal,
         scatter_error=effects.scatter_error * nominal, chi_square=chi_square,
@@ -99,23 +99,24 @@ def _concluded(observations: Observations, model: Model, found: MixedFit, lock_u
                        if value < low + near or value > high - near),
         signals=observations.signals.names,
         undetermined=tuple(name for name, is_so in zip(free, effects.undetermined, strict=True) if is_so),
-        evaluations=found.iterations, converged=found.converged, bench=bench.name, bench_digest=bench.digest,
+        evaluations=fitted.iterations, converged=fitted.converged, bench=bench.name, bench_digest=bench.digest,
         sensing_digest=bench.sensing_digest)
 
 
-def _remaining(observations: Observations, found: MixedFit, lock_up_noise: float) -> tuple[Noise, dict[str, float]]:
+def _estimate_noise(observations: Observations, fitted: MixedFit,
+                    lock_up_noise: float) -> tuple[Noise, dict[str, float]]:
     """The noise of the sensors as the residuals of each engagement show it, and the reduced chi-square of channels."""
-    points, places = found.about.points, np.arange(len(observations.recordings))
+    points, places = fitted.about.points, np.arange(len(observations.recordings))
     response = observations.simulate(points[None], places)
     signals, times = observations.residuals(response, places)
     counted = observations.counted(observations.lock_up(response, places), places, lock_up_noise)
-    shown = [noise_of(one[0], its, BlockNoise(*sensor_noise(name, one[0])))
-             for one, its, name in zip(signals, counted, observations.signals.names, strict=True)]
+    shown = [noise_of(left[0], is_counted, BlockNoise(*sensor_noise(name, left[0])))
+             for left, is_counted, name in zip(signals, counted, observations.signals.names, strict=True)]
     noise = Noise(*np.array([*shown, (lock_up_noise, 0.0)]).T)
     squares = [float(np.mean(signals[channel, 0][counted[channel]] ** 2)) for channel in range(len(signals))]
     # What the parameters of the engagements have taken from the residuals, by the trace of the posterior.
-    samples = found.about.counts[:, 0].sum(axis=1)
-    taken = np.einsum("cnpq,nqp->c", found.about.products[:, 0, :, :-1, :-1], found.effects.posterior, optimize=True)
+    samples = fitted.about.counts[:, 0].sum(axis=1)
+    taken = np.einsum("cnpq,nqp->c", fitted.about.products[:, 0, :, :-1, :-1], fitted.effects.posterior, optimize=True)
     mean = np.array([*squares, float(np.mean(times**2))]) + taken / samples
     return noise, dict(zip(observations.channels, (mean / noise.std**2).tolist(), strict=True))
 

@@ -16,7 +16,7 @@ def known_from(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
     return np.asarray((upper - lower) / np.sqrt(12))
 
 
-def undetermined(information: np.ndarray, known: np.ndarray) -> np.ndarray:
+def find_undetermined(information: np.ndarray, known: np.ndarray) -> np.ndarray:
     """Directions (d, q) that an information (d, d) does not determine beside standard deviations `known` (d,).
 
     Each column is as long as one standard deviation in its direction, so that their product with their transpose is the
@@ -27,11 +27,11 @@ def undetermined(information: np.ndarray, known: np.ndarray) -> np.ndarray:
 
 
 def projector(held: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Projector (d, d) of steps onto those that do not move in the `held` directions (d, q) of `undetermined`."""
+    """Projector (d, d) of steps onto those that do not move in the `held` directions (d, q) of `find_undetermined`."""
     return np.asarray(np.eye(len(known)) - held @ (held.T / known**2))
 
 
-def completed(information: np.ndarray, held: np.ndarray, known: np.ndarray) -> np.ndarray:
+def complete(information: np.ndarray, held: np.ndarray, known: np.ndarray) -> np.ndarray:
     """The information (d, d), with that of the bounds in the `held` directions."""
     free, along = projector(held, known), held.T / known**2
     return np.asarray(free.T @ information @ free + along.T @ along)

@@ -28,7 +28,7 @@ class Linearised:
     products: np.ndarray
     counts: np.ndarray
 
-    def weighted(self, noise: Noise) -> np.ndarray:
+    def weigh(self, noise: Noise) -> np.ndarray:
         """Products under the inverse covariance of the noise, summed over channels: (n, d + 1, d + 1)."""
         return np.asarray(np.einsum("ct,ctnpr->npr", noise.weights, self.products))
 
@@ -38,14 +38,14 @@ def linearise(observations: Observations, points: np.ndarray, axes: np.ndarray, 
     """
     n, d = points.shape
     size = max(1, _SAMPLES // ((2 * d + 1) * len(observations.signals.time)))
-    parts = [_part(observations, points[places], axes[places], places, lock_up_noise)
+    parts = [_linearise_block(observations, points[places], axes[places], places, lock_up_noise)
              for places in np.array_split(np.arange(n), -(-n // size))]
     return Linearised(points, np.concatenate([part[0] for part in parts], axis=2),
                       np.concatenate([part[1] for part in parts], axis=2))
 
 
-def _part(observations: Observations, points: np.ndarray, axes: np.ndarray, places: np.ndarray,
-          lock_up_noise: float) -> tuple[np.ndarray, np.ndarray]:
+def _linearise_block(observations: Observations, points: np.ndarray, axes: np.ndarray, places: np.ndarray,
+                     lock_up_noise: float) -> tuple[np.ndarray, np.ndarray]:
     m, d = points.shape
     steps = axes.transpose(2, 0, 1)
     response = observations.simulate(np.concatenate([points[None], points + steps, points - steps]), places)
@@ -56,13 +56,13 @@ def _part(observations: Observations, points: np.ndarray, axes: np.ndarray, plac
         is_counted = counted[channel] if channel < len(signals) else np.ones((m, 1), bool)
         along = (residuals[d + 1:] - residuals[1:d + 1]) / 2
         rows = np.concatenate([along, residuals[:1]]).transpose(1, 0, 2)
-        products[channel], counts[channel] = neighbouring(rows, is_counted)
+        products[channel], counts[channel] = neighbour_products(rows, is_counted)
     back = np.zeros((m, d + 1, d + 1))
     back[:, :d, :d], back[:, d, d] = np.linalg.inv(axes), 1
     return back.transpose(0, 2, 1) @ products @ back, counts
 
 
-def neighbouring(rows: np.ndarray, counted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def neighbour_products(rows: np.ndarray, counted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Three products (3, m, p, p) of rows (m, p, k) over the samples `counted` (m, k), and the counts (2, m)."""
     rows = rows * counted[:, None]
     pairs, inner = neighbours(counted)

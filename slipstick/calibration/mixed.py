@@ -12,7 +12,7 @@ import numpy as np
 
 from slipstick.calibration import identification, noise, random_effects
 from slipstick.calibration.linearised import Linearised, linearise
-from slipstick.calibration.modes import FIRST, SHARES, axes, misfit, searched
+from slipstick.calibration.modes import FIRST, SHARES, axes, misfit, search_modes
 from slipstick.calibration.noise import Noise
 from slipstick.calibration.observations import Observations
 from slipstick.calibration.random_effects import Engagements, RandomEffects
@@ -62,11 +62,11 @@ def fit(observations: Observations, points: np.ndarray, sensors: Noise, scatter:
     The first iteration after the time `end`, in s of the monotonic clock, is the last one.
     """
     variance = scatter**2
-    points, about = searched(observations, points, variance, sensors)
+    points, about = search_modes(observations, points, variance, sensors)
     mean, change, iteration = np.median(points, axis=0), np.inf, 0
     # Misfit counts as noise before anything is estimated, or sensors' noise would make scatter of it.
-    estimated = _noise(about, points, np.zeros_like(about.products[0, 0, :, :-1, :-1]), sensors)
-    undetermined = _undetermined(observations, mean, variance, estimated)
+    estimated = _estimate_noise(about, points, np.zeros_like(about.products[0, 0, :, :-1, :-1]), sensors)
+    undetermined = _find_undetermined(observations, mean, variance, estimated)
     is_held = True
     while True:
         iteration += 1
@@ -75,7 +75,7 @@ def fit(observations: Observations, points: np.ndarray, sensors: Noise, scatter:
             linear = engagements(about, estimated, observations, undetermined)
             effects = (random_effects.predicted if is_held else random_effects.estimate)(linear, variance)
             variance = variance + share * (effects.variance - variance)
-            estimated = estimated.moved(_noise(about, effects.each, effects.posterior, sensors), share)
+            estimated = estimated.move(_estimate_noise(about, effects.each, effects.posterior, sensors), share)
         effects = random_effects.predicted(engagements(about, estimated, observations, undetermined), variance)
         change = float(np.max(np.abs(effects.mean - mean) / effects.standard_error))
         report(observations.free, iteration, change)
@@ -84,20 +84,21 @@ def fit(observations: Observations, points: np.ndarray, sensors: Noise, scatter:
         if has_ended or iteration == _MOST or is_late:
             return MixedFit(effects, estimated, about, iteration, has_ended, is_late and not has_ended)
         is_held = is_held and iteration < _HELD and change > 1
-        points = _moved(observations, points, mean, effects, estimated)
+        points = _move_points(observations, points, mean, effects, estimated)
         mean = effects.mean
         about = linearise(observations, points, axes(effects.posterior), float(sensors.std[-1]))
 
 
 def engagements(about: Linearised, estimated: Noise, observations: Observations, held: np.ndarray) -> Engagements:
     """The linear mixed model of linearised engagements with a noise; its means are `held` in directions (d, q)."""
-    weighted = about.weighted(estimated)
+    weighted = about.weigh(estimated)
     information = weighted[:, :-1, :-1]
     pull = weighted[:, :-1, -1] + (information @ about.points[..., None])[..., 0]
     return Engagements(information, pull, *observations.bounds, observations.start, held)
 
 
-def _undetermined(observations: Observations, point: np.ndarray, variance: np.ndarray, estimated: Noise) -> np.ndarray:
+def _find_undetermined(observations: Observations, point: np.ndarray, variance: np.ndarray,
+                       estimated: Noise) -> np.ndarray:
     """The directions (d, q) that the engagements do not determine, all linearised about the same point (d,)."""
     points = np.tile(point, (len(observations.recordings), 1))
     steps = np.tile(FIRST * np.eye(len(point)), (len(points), 1, 1))
@@ -105,23 +106,23 @@ def _undetermined(observations: Observations, point: np.ndarray, variance: np.nd
         about = linearise(observations, points, steps, estimated.std[-1])
         linear = engagements(about, estimated, observations, np.zeros((len(point), 0)))
         steps = axes(np.linalg.inv(linear.information + np.diag(1 / variance)))
-    return identification.undetermined(random_effects.marginals(linear, variance)[0].sum(axis=0), linear.known)
+    return identification.find_undetermined(random_effects.marginals(linear, variance)[0].sum(axis=0), linear.known)
 
 
-def _noise(about: Linearised, each: np.ndarray, posterior: np.ndarray, sensors: Noise) -> Noise:
+def _estimate_noise(about: Linearised, each: np.ndarray, posterior: np.ndarray, sensors: Noise) -> Noise:
     """The noise that the residuals show at parameters `each` (n, d), with what these may be off.
 
     That of the shifting time is at least its sensor's: one value an engagement hardly tells it from scatter.
     """
     moved = np.concatenate([about.points - each, np.ones((len(about.points), 1))], axis=1)
-    found = np.einsum("np,ctnpq,nq->ct", moved, about.products, moved, optimize=True)
-    found += np.einsum("ctnpq,nqp->ct", about.products[..., :-1, :-1], posterior, optimize=True)
-    shown = noise.most_likely(found, about.counts.sum(axis=2))
+    squares = np.einsum("np,ctnpq,nq->ct", moved, about.products, moved, optimize=True)
+    squares += np.einsum("ctnpq,nqp->ct", about.products[..., :-1, :-1], posterior, optimize=True)
+    shown = noise.fit_noise(squares, about.counts.sum(axis=2))
     return replace(shown, std=np.append(shown.std[:-1], max(shown.std[-1], sensors.std[-1])))
 
 
-def _moved(observations: Observations, points: np.ndarray, mean: np.ndarray, effects: RandomEffects,
-           estimated: Noise) -> np.ndarray:
+def _move_points(observations: Observations, points: np.ndarray, mean: np.ndarray, effects: RandomEffects,
+                 estimated: Noise) -> np.ndarray:
     """New points (n, d) on the way from `points` about `mean` to the predicted ones, each as far as it fits best."""
     shares = np.append(SHARES, 0.0)[:, None, None]
     tried = points + shares * (np.clip(effects.each, *observations.bounds) - points)

@@ -34,8 +34,8 @@ def axes(posterior: np.ndarray) -> np.ndarray:
     return np.asarray(vectors * steps[:, None])
 
 
-def searched(observations: Observations, points: np.ndarray, variance: np.ndarray,
-             noise: Noise) -> tuple[np.ndarray, Linearised]:
+def search_modes(observations: Observations, points: np.ndarray, variance: np.ndarray,
+                 noise: Noise) -> tuple[np.ndarray, Linearised]:
     """Modes (n, d) from `points` (n, d) for variances (d,) about the median engagement, and the linearisation there.
 
     Medians, because single engagements may be in a local minimum at first.
@@ -45,23 +45,24 @@ def searched(observations: Observations, points: np.ndarray, variance: np.ndarra
     steps = np.tile(FIRST * np.eye(d), (n, 1, 1))
     for search in range(_SEARCHES):
         about = linearise(observations, points, steps, noise.std[-1])
-        centre, weighted = np.median(points, axis=0), about.weighted(noise)
+        centre, weighted = np.median(points, axis=0), about.weigh(noise)
         posterior = np.linalg.inv(weighted[:, :-1, :-1] + precision)
         pull = weighted[:, :-1, -1] + (centre - points) @ precision
         target = np.clip(points + (posterior @ pull[..., None])[..., 0], lower, upper)
         shares = np.append(SHARES, 0.0)[:, None, None]
         tried, everyone = points + shares * (target - points), np.arange(n)
-        points, height = _best(observations, tried, everyone, centre, variance, noise)
+        points, height = _select_best(observations, tried, everyone, centre, variance, noise)
         places = everyone if search == 0 else np.argsort(height)[n - max(1, n // _WORST):]
         restarts = _restarts(observations, first[places], centre, variance, (-1, 0, 1) if search == 0 else _LEVELS)
-        others, its = _best(observations, np.clip(restarts, lower, upper), places, centre, variance, noise)
-        better = its < height[places]
+        others, other_height = _select_best(observations, np.clip(restarts, lower, upper), places, centre, variance,
+                                            noise)
+        better = other_height < height[places]
         points[places[better]], steps = others[better], axes(posterior)
     return points, linearise(observations, points, steps, noise.std[-1])
 
 
-def _best(observations: Observations, tried: np.ndarray, places: np.ndarray, centre: np.ndarray, variance: np.ndarray,
-          noise: Noise) -> tuple[np.ndarray, np.ndarray]:
+def _select_best(observations: Observations, tried: np.ndarray, places: np.ndarray, centre: np.ndarray,
+                 variance: np.ndarray, noise: Noise) -> tuple[np.ndarray, np.ndarray]:
     """Of points (s, m, d) of the engagements `places` those that fit best, (m, d), and their heights (m,)."""
     heights = misfit(observations, tried, noise, places) + ((tried - centre) ** 2 / variance).sum(axis=2)
     return tried[heights.argmin(axis=0), np.arange(len(places))], heights.min(axis=0)

@@ -25,19 +25,19 @@ class Noise:
         scale = 1 / (self.std**2 * (1 - rho**2))
         return np.asarray(scale[:, None] * np.stack([np.ones_like(rho), rho**2, -rho], axis=1))
 
-    def moved(self, other: "Noise", share: float) -> "Noise":
+    def move(self, other: "Noise", share: float) -> "Noise":
         """The noise a share of the way to another, in variance and correlation."""
         variance = self.std**2 + share * (other.std**2 - self.std**2)
         return Noise(np.sqrt(variance), self.correlation + share * (other.correlation - self.correlation))
 
 
-def most_likely(products: np.ndarray, counts: np.ndarray) -> Noise:
+def fit_noise(products: np.ndarray, counts: np.ndarray) -> Noise:
     """The noise of channels from the three products of their residuals (channels, 3) and counts (channels, 2)."""
-    fitted = [_autoregressive(*one, *its) for one, its in zip(products, counts, strict=True)]
+    fitted = [_fit_autoregressive(*product, *count) for product, count in zip(products, counts, strict=True)]
     return Noise(*np.array(fitted).T)
 
 
-def _autoregressive(every: float, inner: float, across: float, samples: float, pairs: float) -> tuple[float, float]:
+def _fit_autoregressive(every: float, inner: float, across: float, samples: float, pairs: float) -> tuple[float, float]:
     def variance(rho: float) -> float:
         return float((every + rho**2 * inner - rho * across) / ((1 - rho**2) * samples))
 

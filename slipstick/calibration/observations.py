@@ -53,7 +53,7 @@ class Observations:
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Least and largest multipliers, (d,) each."""
         priors = [self.bench.prior(name) for name in self.free]
-        return np.array([one.lower for one in priors]), np.array([one.upper for one in priors])
+        return np.array([prior.lower for prior in priors]), np.array([prior.upper for prior in priors])
 
     def vectors(self, points: np.ndarray) -> np.ndarray:
         """Parameter vectors (..., 20) of points (..., d)."""
@@ -96,8 +96,8 @@ class Observations:
         first, last = both.min(axis=0) - margin, both.max(axis=0) + margin
         counted = np.ones((len(self.signals.names), len(places), len(time)), bool)
         if "output_torque" in self.signals.names:
-            its = self.signals.names.index("output_torque")
-            counted[its] = (time < first[:, None]) | (time > last[:, None])
+            channel = self.signals.names.index("output_torque")
+            counted[channel] = (time < first[:, None]) | (time > last[:, None])
         return counted
 
     def locked(self, noise: float) -> np.ndarray:

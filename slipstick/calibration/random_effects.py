@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from slipstick.calibration.identification import completed, known_from, projector, undetermined
+from slipstick.calibration.identification import complete, find_undetermined, known_from, projector
 
 _UNTOLD = 1e-9
 """Information on a variance, as a share of that of its range, below which the variance stays as it was."""
@@ -23,7 +23,8 @@ _SCORINGS, _SETTLED = 200, 1e-6
 class Engagements:
     """`information` A_i (n, d, d) and `pull` a_i (n, d) of n engagements, with bounds (d,) of the mean.
 
-    The mean differs from `start` (d,) in no direction that is `held` (d, q), as `identification.undetermined` has them.
+    The mean differs from `start` (d,) in no direction that is `held` (d, q), as `identification.find_undetermined` has
+    them.
     """
 
     information: np.ndarray
@@ -102,7 +103,7 @@ class RandomEffects:
 def estimate(engagements: Engagements, variance: np.ndarray) -> RandomEffects:
     """Estimate by Fisher scoring from `variance` (d,) on, between 0 and `widest` of the engagements."""
     variance = np.minimum(variance, engagements.widest)
-    likelihood, step = _restricted(engagements, variance), np.zeros_like(variance)
+    likelihood, step = _restricted_likelihood(engagements, variance), np.zeros_like(variance)
     ranges = known_from(np.zeros_like(variance), engagements.widest)
     for _ in range(_SCORINGS):
         slope, expected = _slope(engagements, variance)
@@ -121,13 +122,13 @@ def estimate(engagements: Engagements, variance: np.ndarray) -> RandomEffects:
         share = 1.0
         while share > 1e-3:
             tried = np.clip(variance + share * step, 0.0, engagements.widest)
-            its = _restricted(engagements, tried)
-            if its > likelihood:
+            tried_likelihood = _restricted_likelihood(engagements, tried)
+            if tried_likelihood > likelihood:
                 break
             share *= 0.5
         else:
             break
-        variance, likelihood = tried, its
+        variance, likelihood = tried, tried_likelihood
     return predicted(engagements, variance)
 
 
@@ -142,7 +143,7 @@ def predicted(engagements: Engagements, variance: np.ndarray) -> RandomEffects:
     posterior = gain + kept @ estimated @ kept.transpose(0, 2, 1)
     known = known_from(np.zeros_like(variance), engagements.widest)
     expected = _slope(engagements, variance)[1]
-    uncertainty = np.linalg.pinv(completed(expected, undetermined(expected, known), known), hermitian=True)
+    uncertainty = np.linalg.pinv(complete(expected, find_undetermined(expected, known), known), hermitian=True)
     return RandomEffects(mean, covariance, variance, uncertainty, each, posterior, marginal, engagements.held)
 
 
@@ -163,12 +164,12 @@ def _mean(engagements: Engagements, marginal: np.ndarray,
     In directions that are held the information is that of the bounds.
     """
     own, held, known = marginal.sum(axis=0), engagements.held, engagements.known
-    information, free = completed(own, held, known), projector(held, known)
+    information, free = complete(own, held, known), projector(held, known)
     score = free.T @ pull.sum(axis=0) + (information - free.T @ own) @ engagements.start
-    return information, score, _bounded(information, score, engagements.lower, engagements.upper)
+    return information, score, _bounded_mean(information, score, engagements.lower, engagements.upper)
 
 
-def _restricted(engagements: Engagements, variance: np.ndarray) -> float:
+def _restricted_likelihood(engagements: Engagements, variance: np.ndarray) -> float:
     """Restricted log-likelihood, without what does not depend on the variances."""
     root = np.sqrt(variance)
     inner = np.eye(len(root)) + root[:, None] * engagements.information * root
@@ -195,7 +196,7 @@ def _slope(engagements: Engagements, variance: np.ndarray) -> tuple[np.ndarray, 
     return slope, 0.5 * expected
 
 
-def _bounded(information: np.ndarray, score: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+def _bounded_mean(information: np.ndarray, score: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
     """The mean of most likelihood within the bounds."""
     mean = np.linalg.solve(information, score)
     if np.all((mean >= lower) & (mean <= upper)):
@@ -203,5 +204,5 @@ def _bounded(information: np.ndarray, score: np.ndarray, lower: np.ndarray, uppe
     scale = np.sqrt(np.diag(information))
     root = np.linalg.cholesky(information / np.outer(scale, scale)).T
     target = np.linalg.solve(root.T, score / scale)
-    found = scipy.optimize.lsq_linear(root, target, (lower * scale, upper * scale)).x / scale
-    return np.asarray(np.clip(found, lower, upper))
+    bounded = scipy.optimize.lsq_linear(root, target, (lower * scale, upper * scale)).x / scale
+    return np.asarray(np.clip(bounded, lower, upper))

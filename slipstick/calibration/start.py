@@ -33,12 +33,12 @@ def start(observations: Observations) -> np.ndarray:
         points = least_squares(observations, points, valve.parameters, valve.predict, observations.signals["pressure"])
     if "output_torque" not in measured:
         return points
-    driven = replace(observations.recordings, signals=_driving(observations, points))
-    points = _searched(observations, points, Clutch.of(driven))
-    return _in_contact(observations, points, driven)
+    driven = replace(observations.recordings, signals=_driving_signals(observations, points))
+    points = _search_piston(observations, points, Clutch.of(driven))
+    return _fit_friction(observations, points, driven)
 
 
-def _driving(observations: Observations, points: np.ndarray) -> Signals:
+def _driving_signals(observations: Observations, points: np.ndarray) -> Signals:
     """The measured signals, and at their points (n, d) the simulated ones of those that were not measured."""
     signals = observations.signals
     if not signals.missing:
@@ -71,25 +71,25 @@ def least_squares(observations: Observations, points: np.ndarray, names: tuple[s
         tried = points.copy()
         tried[:, columns] += change
         tried = np.clip(tried, lower, upper)
-        its = residuals(tried)
-        better = (its**2).sum(axis=1) < (left**2).sum(axis=1)
-        points, left = np.where(better[:, None], tried, points), np.where(better[:, None], its, left)
+        tried_left = residuals(tried)
+        better = (tried_left**2).sum(axis=1) < (left**2).sum(axis=1)
+        points, left = np.where(better[:, None], tried, points), np.where(better[:, None], tried_left, left)
         damping = np.where(better, damping / 10, damping * 10)
         if np.max(np.abs(change)) < _STEP:
             break
     return points
 
 
-def _searched(observations: Observations, points: np.ndarray, clutch: Clutch) -> np.ndarray:
+def _search_piston(observations: Observations, points: np.ndarray, clutch: Clutch) -> np.ndarray:
     """Points with the pressure bias and initial position that suit the torque of all engagements best."""
     columns = [place for place, name in enumerate(observations.free) if name in ("pressure_bias", "initial_position")]
     if not columns:
         return points
     step = max(1, len(points) // _FEWEST_SEARCHED)
-    slipping = _slipping(observations)
-    some = slice(None, None, step)
-    few = Clutch(clutch.time, clutch.pressure[some], clutch.input_speed[some], clutch.output_speed[some])
-    torque, counted, vectors = observations.signals["output_torque"][some], slipping[some], points[some]
+    slipping = _slipping_samples(observations)
+    sample = slice(None, None, step)
+    few = Clutch(clutch.time, clutch.pressure[sample], clutch.input_speed[sample], clutch.output_speed[sample])
+    torque, counted, vectors = observations.signals["output_torque"][sample], slipping[sample], points[sample]
     lower, upper = (bound[columns] for bound in observations.bounds)
 
     def misfit(values: np.ndarray) -> float:
@@ -105,29 +105,29 @@ def _searched(observations: Observations, points: np.ndarray, clutch: Clutch) ->
         best = grid[np.argmin([misfit(values) for values in grid])]
         spacing = 2 * (upper - lower) / (_LEVELS - 1)
         lower, upper = np.maximum(lower, best - spacing), np.minimum(upper, best + spacing)
-    found = points.copy()
-    found[:, columns] = best
-    return found
+    starts = points.copy()
+    starts[:, columns] = best
+    return starts
 
 
-def _in_contact(observations: Observations, points: np.ndarray, driven: Recordings) -> np.ndarray:
+def _fit_friction(observations: Observations, points: np.ndarray, driven: Recordings) -> np.ndarray:
     """Points with the friction coefficient that each engagement shows in full contact; 1 where it has none."""
     if "friction_coefficient" not in observations.free:
         return points
     vectors = observations.vectors(points)
     position = Clutch.of(driven).piston_position(vectors)
     contact = position >= vectors[:, parameters.index("contact_position"), None]
-    counted = contact & _slipping(observations)
+    counted = contact & _slipping_samples(observations)
     # The later half: how early the plates are in contact depends on the piston, whose parameters are only a start.
     counted &= 2 * counted.cumsum(axis=1) > counted.sum(axis=1, keepdims=True)
     predicted = Friction.of(driven).predict(vectors) * counted
     column, (lower, upper) = observations.free.index("friction_coefficient"), observations.bounds
-    found = points.copy()
-    found[:, column] *= _scale(predicted, observations.signals["output_torque"])[:, 0]
-    return np.asarray(np.clip(found, lower, upper))
+    starts = points.copy()
+    starts[:, column] *= _scale(predicted, observations.signals["output_torque"])[:, 0]
+    return np.asarray(np.clip(starts, lower, upper))
 
 
-def _slipping(observations: Observations) -> np.ndarray:
+def _slipping_samples(observations: Observations) -> np.ndarray:
     """Samples (n, k) before lock-up, as measured."""
     noise = observations.bench.sensors["shifting_time"].noise or 0.0
     return np.asarray(~observations.locked(noise))

@@ -20,12 +20,12 @@ from slipstick.interface.tables import (
     condition_columns,
     descriptions,
     inputs_of,
-    known,
+    list_finite,
     numbers,
     open_table,
     require_outside,
     table_name,
-    taken,
+    take_entries,
 )
 from slipstick.pictures.output import Output
 from slipstick.pictures.theme import Spec
@@ -131,7 +131,7 @@ class Likelihood(Result):
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> "Likelihood":
         """The likelihood whose `to_dict` is `values`; raises `InvalidValue`."""
-        return cls(taken(values, _ANSWER, cls.kind), **taken(values, _FURTHER, cls.kind))
+        return cls(take_entries(values, _ANSWER, cls.kind), **take_entries(values, _FURTHER, cls.kind))
 
     @property
     def _candidate(self) -> Mapping[str, Any]:
@@ -232,6 +232,6 @@ def answer_of(table: Table, name: str, recordings: Recordings | Measurements, co
         "described": list(descriptions(recordings.conditions)) if is_detailed else None,
         "candidates": [{"log10_likelihood": total, "error": error, "per_condition": densities, "mass_outside": mass}
                        for total, error, densities, mass in zip(
-                           known(computed.log10_likelihood), known(computed.error),
-                           known(computed.log10_density) if is_detailed else [None] * len(computed.error),
+                           list_finite(computed.log10_likelihood), list_finite(computed.error),
+                           list_finite(computed.log10_density) if is_detailed else [None] * len(computed.error),
                            computed.mass_outside.tolist(), strict=True)]}

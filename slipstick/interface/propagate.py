@@ -27,12 +27,12 @@ from slipstick.interface.tables import (
     condition_columns,
     descriptions,
     inputs_of,
-    known,
+    list_finite,
     numbers,
     open_table,
     require_outside,
     table_name,
-    taken,
+    take_entries,
 )
 from slipstick.pictures import propagation as picture
 from slipstick.pictures.theme import Spec
@@ -74,22 +74,22 @@ class Propagation(Result):
     @property
     def conditions(self) -> np.ndarray:
         """Indices (n,) of the conditions in the table."""
-        return np.array(self._listed("condition"))
+        return np.array(self._read_column("condition"))
 
     @property
     def mean(self) -> np.ndarray:
         """Means (n,), in the unit of the output."""
-        return numbers(self._listed("mean"))
+        return numbers(self._read_column("mean"))
 
     @property
     def std(self) -> np.ndarray:
         """Standard deviations (n,) with the output noise, in the unit of the output."""
-        return numbers(self._listed("std"))
+        return numbers(self._read_column("std"))
 
     @property
     def error(self) -> np.ndarray:
         """Estimated RMS errors (n,) of the expansions over the inputs, in the unit of the output."""
-        return numbers(self._listed("error"))
+        return numbers(self._read_column("error"))
 
     @property
     def first_order(self) -> np.ndarray | None:
@@ -109,7 +109,7 @@ class Propagation(Result):
     @property
     def quantiles(self) -> np.ndarray:
         """Quantiles (n, q) with the output noise, in the unit of the output."""
-        return numbers(self._listed("quantiles"))
+        return numbers(self._read_column("quantiles"))
 
     @property
     def density_time(self) -> np.ndarray | None:
@@ -156,14 +156,14 @@ class Propagation(Result):
     def columns(self) -> dict[str, list[Any]]:
         """Heading with unit -> a value for each condition, None where it has none; without densities."""
         rows, unit = self.answer["conditions"], self.output["unit"]
-        table: dict[str, list[Any]] = {"condition": self._listed("condition")}
+        table: dict[str, list[Any]] = {"condition": self._read_column("condition")}
         table |= {name: list(column) for name, column in condition_columns(self.condition_columns).items()}
-        table |= {f"{name} [{unit}]": self._listed(name) for name in ("mean", "std", "error")}
+        table |= {f"{name} [{unit}]": self._read_column(name) for name in ("mean", "std", "error")}
         table |= {f"quantile {probability:g} [{unit}]": [row["quantiles"][place] for row in rows]
                   for place, probability in enumerate(self.request["quantiles"])}
         table |= {f"{name} of {axis}": [row[name] and row[name][place] for row in rows]
                   for name in ("first_order", "total") for place, axis in enumerate(self.inputs)}
-        return {**table, "reason": self._listed("reason")}
+        return {**table, "reason": self._read_column("reason")}
 
     def summary(self) -> list[str]:
         """What was propagated to what, how far the outputs scatter, the inputs, and what limits the result."""
@@ -206,18 +206,18 @@ class Propagation(Result):
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> "Propagation":
         """The propagation whose `to_dict` is `values`; raises `InvalidValue`."""
-        return cls(taken(values, _ANSWER, cls.kind), **taken(values, _FURTHER, cls.kind))
+        return cls(take_entries(values, _ANSWER, cls.kind), **take_entries(values, _FURTHER, cls.kind))
 
     @property
     def _drawn(self) -> dict[str, Any]:
         """The answer as pictures and pages take it."""
         return {**self.answer, "output": self.output}
 
-    def _listed(self, name: str) -> list[Any]:
+    def _read_column(self, name: str) -> list[Any]:
         return [row[name] for row in self.answer["conditions"]]
 
     def _optional(self, name: str) -> np.ndarray | None:
-        rows = self._listed(name)
+        rows = self._read_column(name)
         return None if rows[0] is None else numbers(rows)
 
 
@@ -327,8 +327,8 @@ def present(table: Table, name: str, selected: Table, rows: Sequence[int], distr
 
 def _rows(distributions: Distributions, conditions: Sequence[int], with_coefficients: bool) -> list[dict[str, Any]]:
     expansion, n = distributions.adapted.expansion, len(conditions)
-    listed = {name: [None] * n if (values := getattr(distributions, name)) is None else known(values)
+    listed = {name: [None] * n if (values := getattr(distributions, name)) is None else list_finite(values)
               for name in ("mean", "std", "error", "quantiles", "first_order", "total", "density_time", "density")}
-    listed["coefficients"] = known(expansion.coefficients.T) if with_coefficients else [None] * n
+    listed["coefficients"] = list_finite(expansion.coefficients.T) if with_coefficients else [None] * n
     return [{"condition": condition, "reason": _NO_EXPANSION if expansion.missing[place] else None,
              **{name: values[place] for name, values in listed.items()}} for place, condition in enumerate(conditions)]

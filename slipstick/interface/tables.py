@@ -65,7 +65,7 @@ def condition_columns(conditions: Mapping[str, Sequence[Any] | None]) -> dict[st
             for name, column in conditions.items() if column is not None}
 
 
-def known(values: np.ndarray) -> list[Any]:
+def list_finite(values: np.ndarray) -> list[Any]:
     """An array as nested lists, with None for numbers that are not finite, which JSON does not have."""
     entries = values.astype(object)
     entries[~np.isfinite(values)] = None
@@ -79,7 +79,7 @@ def numbers(values: Sequence[Any], missing: float = np.nan) -> np.ndarray:
     return np.where(np.isnan(array), missing, array)
 
 
-def taken(values: Mapping[str, Any], names: Sequence[str], kind: str) -> dict[str, Any]:
+def take_entries(values: Mapping[str, Any], names: Sequence[str], kind: str) -> dict[str, Any]:
     """The entries `names` of a saved result; raises `InvalidValue` where it is incomplete."""
     missing = [name for name in names if name not in values]
     if missing:

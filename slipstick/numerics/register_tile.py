@@ -21,12 +21,12 @@ ROW_BYTES = _VECTORS * _BYTES
 _INDEX = ir.IntType(64)
 
 
-def _typed(context: Any, left: types.Array, right: types.Array, result: types.Array, row: types.Integer,
-           column: types.Integer) -> Any:
+def _declare_types(context: Any, left: types.Array, right: types.Array, result: types.Array, row: types.Integer,
+                   column: types.Integer) -> Any:
     return types.void(left, right, result, row, column), _multiply_tile
 
 
-multiply_tile: Any = intrinsic(_typed)
+multiply_tile: Any = intrinsic(_declare_types)
 """Set the tile of `result` that begins at `row` and `column` to that of the product `left` @ `right`.
 
 The arrays have one type and the shapes (m, k), (k, n) and (m, n), where k is at least 1; the rows of `right` and

@@ -10,7 +10,7 @@ from typing import ParamSpec, TypeVar
 from numba import get_num_threads
 from threadpoolctl import threadpool_limits
 
-One = TypeVar("One")
+Argument = TypeVar("Argument")
 Value = TypeVar("Value")
 Given = ParamSpec("Given")
 
@@ -28,22 +28,23 @@ def in_one_blas_thread(function: Callable[Given, Value]) -> Callable[Given, Valu
     return limited
 
 
-def mapped(function: Callable[[One], Value], items: Sequence[One], threads: int | None = None) -> list[Value]:
-    """What `function` makes of each of the `items`, in their order, by as many threads as compiled kernels may use.
+def mapped(function: Callable[[Argument], Value], arguments: Sequence[Argument],
+           threads: int | None = None) -> list[Value]:
+    """What `function` makes of each of the `arguments`, in their order, by as many threads as compiled kernels may use.
 
     Or by as many `threads`. In one of these threads it uses no others.
     """
-    workers = min(threads or get_num_threads(), len(items))
+    workers = min(threads or get_num_threads(), len(arguments))
     if workers < 2 or getattr(_HERE, "is_part", False):
-        return [function(one) for one in items]
+        return [function(argument) for argument in arguments]
     with ThreadPoolExecutor(workers, initializer=_be_part) as pool:
-        return list(pool.map(function, items))
+        return list(pool.map(function, arguments))
 
 
 def parts_of(count: int) -> list[slice]:
     """Slices of `count` rows, as many as compiled kernels may use threads."""
     ends = [count * part // get_num_threads() for part in range(get_num_threads() + 1)]
-    return [slice(*its) for its in pairwise(ends)]
+    return [slice(*bounds) for bounds in pairwise(ends)]
 
 
 def _be_part() -> None:

@@ -29,7 +29,7 @@ class Finding:
         return [cls(key, what, why, remedy, rows)] if rows else []
 
 
-def explained(findings: Iterable[Finding], n: int) -> np.ndarray:
+def mask_explained(findings: Iterable[Finding], n: int) -> np.ndarray:
     """Which of n conditions the findings explain: (n,)."""
     mask = np.zeros(n, bool)
     for finding in findings:
@@ -37,7 +37,7 @@ def explained(findings: Iterable[Finding], n: int) -> np.ndarray:
     return mask
 
 
-def numbered(what: str, numbers: np.ndarray) -> str:
+def list_numbers(what: str, numbers: np.ndarray) -> str:
     """Some numbers in words, such as "conditions 0, 1, 2 and 40 more"."""
     shown = ", ".join(str(number) for number in numbers[:_LISTED])
     rest = f" and {len(numbers) - _LISTED} more" if len(numbers) > _LISTED else ""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slipstick.plausibility.finding import Finding, explained, numbered
+from slipstick.plausibility.finding import Finding, list_numbers, mask_explained
 from slipstick.plausibility.physics import SteadyStates
 
 
@@ -23,7 +23,7 @@ def hydraulic_findings(steady: SteadyStates) -> list[Finding]:
         f"{1e3 * stroke:.4g} mm",
         "the contact pressure is proportional to z/(contact_position - contact_length), which must be positive",
         "Check both units: the length is a small part of the stroke")
-    closes_too_little = (steady.piston < stroke) & ~explained(findings, n)
+    closes_too_little = (steady.piston < stroke) & ~mask_explained(findings, n)
     findings += Finding.of(
         "parameters.piston_pressure", closes_too_little,
         f"the piston never closes under {_profiles(steady, closes_too_little)}: at the largest pressure it rests at "
@@ -79,4 +79,4 @@ def _least(values: np.ndarray, affected: np.ndarray) -> float:
 
 
 def _profiles(steady: SteadyStates, affected: np.ndarray) -> str:
-    return numbered("current profile", np.unique(steady.bench.conditions.current_profile[affected]))
+    return list_numbers("current profile", np.unique(steady.bench.conditions.current_profile[affected]))

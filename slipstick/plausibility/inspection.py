@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from slipstick.bench import Bench
 from slipstick.plausibility.behaviour import Behaviour, behaviour
 from slipstick.plausibility.engagements import engagement_findings
-from slipstick.plausibility.finding import Finding, explained
+from slipstick.plausibility.finding import Finding, mask_explained
 from slipstick.plausibility.hydraulics import hydraulic_findings, jump_findings
 from slipstick.plausibility.physics import SteadyStates
 from slipstick.plausibility.sensing import sensing_findings
@@ -27,7 +27,7 @@ def inspect(bench: Bench) -> Inspection:
     findings = [*hydraulic_findings(steady), *loss_findings(steady)]
     # Each check leaves out the conditions that an earlier one explains, so that a consequence is no finding.
     for check in (converter_findings, brake_findings, capacity_findings, jump_findings):
-        findings += check(steady, explained(findings, len(bench.conditions)))
+        findings += check(steady, mask_explained(findings, len(bench.conditions)))
     for look in (engagement_findings, sensing_findings):
-        findings += look(steady, simulated, explained(findings, len(bench.conditions)))
+        findings += look(steady, simulated, mask_explained(findings, len(bench.conditions)))
     return Inspection(bench, simulated, tuple(findings))

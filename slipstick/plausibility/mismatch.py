@@ -34,10 +34,10 @@ class Mismatch:
 
 def require_match(recordings: Recordings, bench: Bench, model: Model | None = None) -> None:
     """Raise `InvalidValue` with all `mismatches`, if there are any."""
-    found = mismatches(recordings, bench, model)
-    if found:
-        raise InvalidValue("; ".join(mismatch.cause for mismatch in found),
-                           ". ".join(dict.fromkeys(mismatch.remedy for mismatch in found)))
+    reasons = mismatches(recordings, bench, model)
+    if reasons:
+        raise InvalidValue("; ".join(mismatch.cause for mismatch in reasons),
+                           ". ".join(dict.fromkeys(mismatch.remedy for mismatch in reasons)))
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")  # of levels of 0
@@ -51,13 +51,13 @@ def mismatches(recordings: Recordings, bench: Bench, model: Model | None = None)
     bounds = np.array([(bench.prior(name).lower, bench.prior(name).upper) for name in bench.uncertain]).reshape(-1, 2)
     lower, upper = bounds.T * np.array(bench.physics.nominal)[free]
 
-    def simulated(values: np.ndarray) -> np.ndarray:
+    def ratios_at(values: np.ndarray) -> np.ndarray:
         changed = vector.copy()
         changed[free] = values
         return _ratios(recordings, replace(model, parameters=tuple(changed.tolist())))
 
-    ratios = simulated(vector[free])
-    nearest = nearest_ratios(lambda values: _medians(simulated(values)), _medians(ratios), vector[free], lower, upper)
+    ratios = ratios_at(vector[free])
+    nearest = nearest_ratios(lambda values: _medians(ratios_at(values)), _medians(ratios), vector[free], lower, upper)
     names = ("shifting_time", *_signals(recordings))
     levels = [_level(*each) for each in zip(names, ratios, nearest, strict=True) if not is_near(each[2])]
     has_reversed_torque = bool(nearest[names.index("output_torque")] < 0) if "output_torque" in names else False

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slipstick.plausibility.finding import Finding, numbered
+from slipstick.plausibility.finding import Finding, list_numbers
 from slipstick.plausibility.physics import SteadyStates
 
 _OVERSIZED = 10.0
@@ -65,7 +65,7 @@ def brake_findings(steady: SteadyStates, known: np.ndarray) -> list[Finding]:
     stalls = (brake >= driven) & ~weak & ~known & (steady.bench.physics.converter is not None)
     return [*Finding.of(
         "conditions.brake_torque", weak,
-        f"the brake is stronger than the clutch in {numbered('condition', np.flatnonzero(weak))}: it holds "
+        f"the brake is stronger than the clutch in {list_numbers('condition', np.flatnonzero(weak))}: it holds "
         f"{_first(brake, weak):.4g} N m, and the closed clutch transmits at most {_first(held, weak):.4g} N m at the "
         "largest pressure",
         "the load does not move, and an engagement can lock only by stopping the input shaft",
@@ -73,7 +73,7 @@ def brake_findings(steady: SteadyStates, known: np.ndarray) -> list[Finding]:
         "friction_coefficient times the contact pressure in Pa"),
         *Finding.of(
         "conditions.brake_torque", stalls,
-        f"the brake is stronger than the converter in {numbered('condition', np.flatnonzero(stalls))}: it holds "
+        f"the brake is stronger than the converter in {list_numbers('condition', np.flatnonzero(stalls))}: it holds "
         f"{_first(brake, stalls):.4g} N m, and the stalled converter drives the load with "
         f"{_first(driven, stalls):.4g} N m",
         "the closing clutch stops the input shaft, and the load does not start",

@@ -69,7 +69,7 @@ class Recordings:
 
     def take(self, rows: np.ndarray) -> "Recordings":
         """The engagements `rows`, without a run order, which is that of all."""
-        further = {name: replace(one, values=one.values[rows]) for name, one in self.further.items()}
+        further = {name: replace(channel, values=channel.values[rows]) for name, channel in self.further.items()}
         return replace(self, conditions=self.conditions.take(rows), measured_time=self.measured_time[rows],
                        signals=None if self.signals is None else self.signals.take(rows), run_order=None,
                        further=further)
@@ -107,7 +107,7 @@ class Recordings:
     def _read(cls, content: bytes, form: Form, signals: bytes | None, profiles: Profiles | None,
               name: str = "The file") -> "Recordings":
         if form == "csv":
-            return cls(*csv_form.read(content, signals, _required(profiles)))
+            return cls(*csv_form.read(content, signals, _require_profiles(profiles)))
         if signals is not None:
             raise BadRecording("A separate signals file was given with an HDF5 file",
                                "Store the signals in the HDF5 file")
@@ -153,11 +153,11 @@ def open_conditions(path: Path | str, profiles: Profiles | None = None) -> Condi
     """Read only the conditions of the recordings at `path`; a CSV need not have shifting times, but needs profiles."""
     path = Path(path)
     if path.suffix == ".csv":
-        return csv_form.read_conditions(_bytes(path), _required(profiles))
+        return csv_form.read_conditions(_bytes(path), _require_profiles(profiles))
     return Recordings.open(path).conditions
 
 
-def _required(profiles: Profiles | None) -> Profiles:
+def _require_profiles(profiles: Profiles | None) -> Profiles:
     if profiles is None:
         raise BadRecording("Recordings as CSV do not contain their current profiles",
                            "Give the bench whose profiles they number, or use an HDF5 file")

@@ -171,7 +171,7 @@ def _become_child(control: socket.socket, connection: socket.socket) -> None:
                     _limit(*asked["limits"])
                 else:
                     signal.alarm(_LONGEST)
-                refused, failed, result = _computed(asked["function"], file.read(asked["size"]))
+                refused, failed, result = _compute(asked["function"], file.read(asked["size"]))
                 signal.alarm(_IDLE)
                 file.write(json.dumps([refused, failed, len(result)]).encode() + b"\n")
                 file.write(result)
@@ -188,7 +188,7 @@ def _limit(seconds: int, memory: int) -> None:
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
 
 
-def _computed(function: str, content: bytes) -> tuple[tuple[str, str] | None, str | None, bytes]:
+def _compute(function: str, content: bytes) -> tuple[tuple[str, str] | None, str | None, bytes]:
     """Cause and remedy of a `SlipstickError`, the traceback of another error, and the result."""
     module, _, name = function.partition(":")
     try:

@@ -31,19 +31,19 @@ def _prepare_sqlite(connection: object, _: object) -> None:
 
 def is_server(url: str) -> bool:
     """Whether the database is a PostgreSQL server; raises `InvalidValue` for any other URL that is not of SQLite."""
-    return _parsed(url).get_backend_name() == "postgresql"
+    return _parse_url(url).get_backend_name() == "postgresql"
 
 
 def shown(url: str) -> str:
     """The URL with asterisks for the password; raises `InvalidValue`."""
-    parsed = _parsed(url)
+    parsed = _parse_url(url)
     # The query may contain a password as well.
     return parsed.set(drivername=parsed.get_backend_name(), query={}).render_as_string(hide_password=True)
 
 
 def file_of(url: str) -> Path | None:
     """The file of a SQLite database; None for a server."""
-    parsed = _parsed(url)
+    parsed = _parse_url(url)
     return Path(str(parsed.database)) if parsed.get_backend_name() == "sqlite" else None
 
 
@@ -53,7 +53,7 @@ def open_database(url: str) -> Engine:
     The folder of a SQLite file is made if it does not exist. The engine notices connections that a restarted server
     has closed, and opens new ones.
     """
-    parsed, path = _parsed(url), file_of(url)
+    parsed, path = _parse_url(url), file_of(url)
     if path:
         path.parent.mkdir(parents=True, exist_ok=True)
         engine = create_engine(parsed)
@@ -73,7 +73,7 @@ def clock(engine: Engine) -> str:
     return "extract(epoch from clock_timestamp())" if engine.dialect.name == "postgresql" else "unixepoch('subsec')"
 
 
-def _parsed(url: str) -> URL:
+def _parse_url(url: str) -> URL:
     try:
         parsed = make_url(url)
     except (SQLAlchemyError, ValueError):  # whose messages quote parts of the URL

@@ -37,7 +37,7 @@ from slipstick.storage.versions import (
     version_of,
 )
 from slipstick.table import Table
-from slipstick.table.upload import verified
+from slipstick.table.upload import verify
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 _OTHER_LINES = 1000
@@ -68,17 +68,17 @@ class Library:
 
     def bench_of_model(self, physics: Physics) -> str:
         """Name of the bench whose physics this is, that of a model; raises `UnknownName`."""
-        return self._only([name for name, bench in self._valid_benches() if bench.digest == physics.digest],
-                          "the physics of this table")
+        return self._require_single([name for name, bench in self._valid_benches() if bench.digest == physics.digest],
+                                    "the physics of this table")
 
     def bench_of_recordings(self, recordings: Recordings) -> str:
         """Name of the bench with the current profiles of these recordings; raises `UnknownName`."""
         profiles = np.array([recordings.conditions.profile_time, recordings.conditions.profile_current])
         # Units converted to those of the model, and decimal numbers read by other programs, differ in the last bit.
-        return self._only([name for name, bench in self._valid_benches()
-                           if (own := np.array(bench.profiles[:2])).shape == profiles.shape
-                           and np.allclose(own, profiles)],
-                          "the current profiles of these recordings")
+        return self._require_single([name for name, bench in self._valid_benches()
+                                     if (own := np.array(bench.profiles[:2])).shape == profiles.shape
+                                     and np.allclose(own, profiles)],
+                                    "the current profiles of these recordings")
 
     def tables(self) -> list[str]:
         """Names of the tables, sorted."""
@@ -120,11 +120,11 @@ class Library:
 
     def recording(self, name: str) -> Recordings:
         """Open and check the recordings `name` of a clutch; raises `UnknownName` and what `Recordings.open` raises."""
-        found = self.measured(name)
-        if isinstance(found, Measurements):
-            raise InvalidValue(f"'{name}' holds measurements of another machine ({found.output.name})",
+        measured = self.measured(name)
+        if isinstance(measured, Measurements):
+            raise InvalidValue(f"'{name}' holds measurements of another machine ({measured.output.name})",
                                "Give recordings of a clutch")
-        return found
+        return measured
 
     def measured(self, name: str) -> Recordings | Measurements:
         """As `recording`, or the measurements `name` of another machine; raises the same errors."""
@@ -150,7 +150,7 @@ class Library:
         `LimitExceeded`, `InvalidValue` if the name is invalid, and `FileExistsError` if another file has it.
         """
         _require_name(name)
-        digest, written = verified(content)
+        digest, written = verify(content)
         try:
             self._store(name, written, "h5")
         except FileExistsError:
@@ -249,7 +249,7 @@ class Library:
             with suppress(BadBench):  # opening it by its name reports the error
                 yield name, self.bench(name)
 
-    def _only(self, names: list[str], what: str) -> str:
+    def _require_single(self, names: list[str], what: str) -> str:
         if len(names) != 1:
             raise UnknownName(f"{'No bench has' if not names else 'More than one bench has'} {what}",
                               f"Name the bench. Known: {', '.join(self.benches()) or 'none'}")

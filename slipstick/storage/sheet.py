@@ -109,7 +109,7 @@ def _columns(heading: list[str], units: dict[str, str], required: tuple[str, ...
              error: type[SlipstickError]) -> list[tuple[str, float]]:
     """Name of each column, and the factor to its unit."""
     known = {name if unit == "1" else f"{name} [{unit}]": name for name, unit in units.items()}
-    found: list[tuple[str, float]] = []
+    columns: list[tuple[str, float]] = []
     for column in heading:
         parts = _HEADING.fullmatch(column)
         name = parts["name"] if parts else column
@@ -127,8 +127,8 @@ def _columns(heading: list[str], units: dict[str, str], required: tuple[str, ...
         except NotAQuantity as fault:
             raise error(f"The column '{column[:40]}': {fault}", fault.remedy or
                         f"Write the unit of its numbers behind the name, such as '{name} [{units[name]}]'") from None
-        found.append((name, factor))
-    names = [name for name, _ in found]
+        columns.append((name, factor))
+    names = [name for name, _ in columns]
     for label, name in known.items():
         if name in required and name not in names:
             raise error(f"The column '{label}' is missing",
@@ -136,7 +136,7 @@ def _columns(heading: list[str], units: dict[str, str], required: tuple[str, ...
     if len(set(names)) < len(names):
         double = next(name for name in names if names.count(name) > 1)
         raise error(f"The column '{double}' appears more than once", "Give each column once")
-    return found
+    return columns
 
 
 def _numbers(cells: list[str], heading: list[str], line: int, error: type[SlipstickError]) -> list[float]:

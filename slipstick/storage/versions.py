@@ -93,12 +93,12 @@ def known_table(version: Version) -> Table | None:
 def open_table(version: Version) -> Table:
     """Read and verify a table; raises what `Table.open` raises."""
     with _OPENING:
-        _READ[version] = table = _opened(version)
+        _READ[version] = table = _open_verified(version)
     return table
 
 
 @lru_cache(maxsize=16)
-def _opened(version: Version) -> Table:
+def _open_verified(version: Version) -> Table:
     return Table.open(version[0])
 
 

@@ -19,17 +19,17 @@ _BELIEVED = 3.0
 explained by four times the inertia."""
 
 
-def with_measured(stated: Conditions, found: Mapping[str, np.ndarray]) -> Conditions:
-    """The `stated` conditions of n engagements, changed by what was `found` (n,), relative to each of them.
+def with_measured(stated: Conditions, changes: Mapping[str, np.ndarray]) -> Conditions:
+    """The `stated` conditions of n engagements, with the `changes` (n,) that were found, relative to each of them.
 
     Those of an engagement that no bench could have are as stated.
     """
-    def believed(name: str) -> np.ndarray:
+    def drop_implausible(name: str) -> np.ndarray:
         own, widest = RANDOM[name]
-        return np.where(np.abs(found[name]) <= _BELIEVED * np.hypot(own, widest), found[name], 0.0)
+        return np.where(np.abs(changes[name]) <= _BELIEVED * np.hypot(own, widest), changes[name], 0.0)
 
-    return replace(stated, **{name: getattr(stated, name) * (1 + believed(name))
-                              for name in CONDITIONS if name in found})
+    return replace(stated, **{name: getattr(stated, name) * (1 + drop_implausible(name))
+                              for name in CONDITIONS if name in changes})
 
 
 def by_level(stated: Conditions, measured: Conditions) -> Iterator[MeasuredCondition]:

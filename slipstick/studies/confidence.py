@@ -71,8 +71,8 @@ def share_of(finding: Finding, findings: Sequence[Finding]) -> float:
     findings in the same block can leave something there. The clutch takes pressure and slip from others, and clutch,
     load and input have the torque sensor in common.
     """
-    its = set(finding.blocks)
-    return finding.nats / sum(one.nats for one in findings if not its <= _SEPARATE or its & set(one.blocks))
+    blocks = set(finding.blocks)
+    return finding.nats / sum(other.nats for other in findings if not blocks <= _SEPARATE or blocks & set(other.blocks))
 
 
 def confidence(evidence: Evidence, without: int = _NONE) -> float:
@@ -80,7 +80,7 @@ def confidence(evidence: Evidence, without: int = _NONE) -> float:
 
     It follows from all groups but the one numbered `without`, whose findings are predicted.
     """
-    return float(_expected([evidence], without)[0])
+    return float(_expected_shares([evidence], without)[0])
 
 
 def are_reported(evidences: Sequence[Evidence], nats: Sequence[float]) -> list[bool]:
@@ -97,7 +97,7 @@ def are_reported(evidences: Sequence[Evidence], nats: Sequence[float]) -> list[b
             for place, evidence in enumerate(evidences)]
 
 
-def counted(value: float) -> CountedFindings:
+def count_right(value: float) -> CountedFindings:
     """How many findings in the same band of confidence as `value` were right, each predicted from the other groups."""
     band = int(_band(value))
     right = np.concatenate([[is_right for evidence, is_right in rows if _band(confidence(evidence, group)) == band]
@@ -117,7 +117,7 @@ def read_findings() -> dict[int, list[tuple[Evidence, bool]]]:
     return groups
 
 
-def _expected(evidences: Iterable[Evidence], without: int) -> np.ndarray:
+def _expected_shares(evidences: Iterable[Evidence], without: int) -> np.ndarray:
     rows = np.array([evidence.row for evidence in evidences])
     return np.asarray(scipy.special.expit(rows @ coefficients(without)))
 

@@ -35,6 +35,6 @@ def _columns(finding: FindingResult) -> list[Column]:
     law = finding.law
     if law is None or law.x is None:
         raise ValueError(f"The finding '{finding.title}' has no law over a number")
-    found = [*columns(finding.quantity, finding.depends_on, (law.x_unit, law.unit), law.x, law.change, law.relative),
+    table = [*columns(finding.quantity, finding.depends_on, (law.x_unit, law.unit), law.x, law.change, law.relative),
              Column("lower", law.unit, law.lower), Column("upper", law.unit, law.upper)]
-    return found if law.formula is None else [*found, Column("formula", law.unit, law.formula)]
+    return table if law.formula is None else [*table, Column("formula", law.unit, law.formula)]

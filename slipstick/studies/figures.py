@@ -61,19 +61,20 @@ def figures(before: SimulationFit, after: SimulationFit | None, predictions: dic
             aside: Conditions) -> Figures:
     """All of it, from the fits and their held-out predictions, and the conditions of what was set `aside`."""
     scene = before.block.scene
-    predicted = {who: Times(_row(one.time), _row(np.sqrt(one.variance[:, -1]))) for who, one in predictions.items()}
+    predicted = {who: Times(_to_list(prediction.time), _to_list(np.sqrt(prediction.variance[:, -1])))
+                 for who, prediction in predictions.items()}
     models = {"before": before} | ({} if after is None else {"after": after})
-    return Figures(_columns(scene.recordings.conditions), _row(scene.recordings.measured_time), predicted,
+    return Figures(_columns(scene.recordings.conditions), _to_list(scene.recordings.measured_time), predicted,
                    _engagements(models), _columns(aside))
 
 
 def figures_without_fits(recordings: Recordings, aside: Conditions) -> Figures:
     """What there is without the simulation: conditions and shifting times of the `recordings` that count."""
-    return Figures(_columns(recordings.conditions), _row(recordings.measured_time), {}, [], _columns(aside))
+    return Figures(_columns(recordings.conditions), _to_list(recordings.measured_time), {}, [], _columns(aside))
 
 
 def _columns(conditions: Conditions) -> dict[str, list[float] | None]:
-    return {name: None if (column := getattr(conditions, name)) is None else _row(column) for name in _CONDITIONS}
+    return {name: None if (column := getattr(conditions, name)) is None else _to_list(column) for name in _CONDITIONS}
 
 
 def _engagements(models: dict[str, SimulationFit]) -> list[Engagement]:
@@ -85,16 +86,16 @@ def _engagements(models: dict[str, SimulationFit]) -> list[Engagement]:
     order = np.argsort(-(left**2).sum(axis=1), kind="stable")
     profiles = scene.recordings.conditions.current_profile[order]
     worst = order[sorted(np.unique(profiles, return_index=True)[1])[:_WORST]]
-    simulated = {who: one.block.respond(one.fitted.points, one.fitted.shared) for who, one in models.items()}
+    simulated = {who: fit.block.respond(fit.fitted.points, fit.fitted.shared) for who, fit in models.items()}
 
     def curves(source: object, place: int) -> dict[str, list[float]]:
-        return {name: _row(block_means(np.asarray(getattr(source, name))[place], _WIDTH))
+        return {name: _to_list(block_means(np.asarray(getattr(source, name))[place], _WIDTH))
                 for name in block.traces.signals}
 
     return [Engagement(int(place), scene.gear, float(scene.recordings.measured_time[place]),
-                       _row(block_means(scene.time, _WIDTH)), curves(scene.signals, place),
-                       {who: curves(one, place) for who, one in simulated.items()}) for place in worst]
+                       _to_list(block_means(scene.time, _WIDTH)), curves(scene.signals, place),
+                       {who: curves(response, place) for who, response in simulated.items()}) for place in worst]
 
 
-def _row(values: np.ndarray) -> list[float]:
+def _to_list(values: np.ndarray) -> list[float]:
     return [float(f"{value:.6g}") for value in np.nan_to_num(values)]

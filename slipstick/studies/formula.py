@@ -30,8 +30,8 @@ def formula(name: str, values: Sequence[float], law: LawPoints) -> np.ndarray | 
     # What depends on the direction of the piston is measured over its rate, which is the quantity itself.
     before = x if on == "direction" else np.full(len(x), 1.0 if law.relative else 0.0)
     signals = [blank._replace(**{_FIELDS[on]: float(at)}) if on in _FIELDS else blank for at in x]
-    change = np.array([effect.formula(float(base), one, tuple(values)) - base
-                       for base, one in zip(before, signals, strict=True)])
+    change = np.array([effect.formula(float(base), signal, tuple(values)) - base
+                       for base, signal in zip(before, signals, strict=True)])
     weight = 1 / np.maximum(law.std, 1e-3 * law.std.max())
     if law.relative and law.up_to == "constant":
         total = weight * (1 + change)

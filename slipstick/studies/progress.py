@@ -47,11 +47,11 @@ class StudySteps:
         self.log, self.names = log, (*steps(open_blocks(signals)), *get_args(Confirming))
         self.furthest = 0
 
-    def asked(self, one: Asked) -> None:
+    def report_naming(self, question: Asked) -> None:
         """Report a step of the stage `name`."""
-        self._report("name", one.step, _asked(one))
+        self._report("name", question.step, _describe(question))
 
-    def confirming(self, step: Confirming, doing: str) -> None:
+    def report_confirming(self, step: Confirming, doing: str) -> None:
         """Report a step of the stage `confirm`."""
         self._report("confirm", step, doing)
 
@@ -61,15 +61,15 @@ class StudySteps:
         self.log(StudyProgress(stage, complete + 1, len(self.names), self.furthest / len(self.names), doing))
 
 
-def _asked(one: Asked) -> str:
-    if one.step == "engagements":
+def _describe(question: Asked) -> str:
+    if question.step == "engagements":
         return "Looking for engagements that are far worse than all others"
-    where = _blocks(one.blocks)
-    if one.tries is not None:
-        return f"{where}: trying “{_law(one.tries)}”"
-    if one.compares:
+    where = _blocks(question.blocks)
+    if question.tries is not None:
+        return f"{where}: trying “{_law(question.tries)}”"
+    if question.compares:
         return f"{where}: comparing what each law would explain"
-    return f"{where}: fitting the parameters" + (" up to full contact" if one.step == "onset" else "")
+    return f"{where}: fitting the parameters" + (" up to full contact" if question.step == "onset" else "")
 
 
 def _law(pair: Pair) -> str:

@@ -12,36 +12,37 @@ from slipstick.studies.result import StudyResult
 
 def result_from_dict(values: Mapping[str, Any]) -> StudyResult:
     """The result whose `asdict` is `values`; raises `InvalidValue` if a field is missing."""
-    found: StudyResult = _typed(StudyResult, values)
-    return found
+    result: StudyResult = _to_type(StudyResult, values)
+    return result
 
 
 def figures_from_dict(values: Mapping[str, Any]) -> Figures:
     """The figures whose `asdict` is `values`; raises `InvalidValue` if a field is missing."""
-    found: Figures = _typed(Figures, values)
-    return found
+    figures: Figures = _to_type(Figures, values)
+    return figures
 
 
-def _typed(kind: Any, value: Any) -> Any:
+def _to_type(kind: Any, value: Any) -> Any:
     """`value` with mappings replaced by the data classes that the annotation `kind` names."""
     if value is None:
         return None
     if is_dataclass(kind):
-        return _record(kind, value)
-    inner = [one for one in get_args(kind) if one is not NoneType]
+        return _to_record(kind, value)
+    inner = [argument for argument in get_args(kind) if argument is not NoneType]
     if get_origin(kind) is list:
-        return [_typed(inner[0], one) for one in value]
+        return [_to_type(inner[0], entry) for entry in value]
     if get_origin(kind) is dict:
-        return {name: _typed(inner[1], one) for name, one in value.items()}
+        return {name: _to_type(inner[1], entry) for name, entry in value.items()}
     # What is left with a single argument is `kind | None`; a Literal and a plain type hold the value itself.
-    return _typed(inner[0], value) if NoneType in get_args(kind) else value
+    return _to_type(inner[0], value) if NoneType in get_args(kind) else value
 
 
-def _record(kind: Any, values: Mapping[str, Any]) -> Any:
+def _to_record(kind: Any, values: Mapping[str, Any]) -> Any:
     hints = get_type_hints(kind)
-    missing = [one.name for one in fields(kind)
-               if one.name not in values and one.default is MISSING and one.default_factory is MISSING]
+    missing = [field.name for field in fields(kind)
+               if field.name not in values and field.default is MISSING and field.default_factory is MISSING]
     if missing:
         raise InvalidValue(f"The stored {kind.__name__} has no '{missing[0]}'",
                            "Repeat the study: the result is that of another version")
-    return kind(**{one.name: _typed(hints[one.name], values[one.name]) for one in fields(kind) if one.name in values})
+    return kind(**{field.name: _to_type(hints[field.name], values[field.name])
+                   for field in fields(kind) if field.name in values})

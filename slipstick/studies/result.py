@@ -196,4 +196,4 @@ class StudyResult:
     @property
     def effects(self) -> list[str]:
         """The named effects of the catalogue."""
-        return [one.effect for one in self.findings if one.effect is not None]
+        return [finding.effect for finding in self.findings if finding.effect is not None]

@@ -48,9 +48,9 @@ class StudySettings:
     def from_dict(cls, values: Mapping[str, Any]) -> "StudySettings":
         """Settings from JSON, where tuples are lists; raises `UnknownName`."""
         given = dict(values)
-        for holder, its in ((cls, given), (NamingSettings, given.get("naming", {}))):
-            known = [one.name for one in fields(holder)]
-            for name in its:
+        for holder, entries in ((cls, given), (NamingSettings, given.get("naming", {}))):
+            known = [setting.name for setting in fields(holder)]
+            for name in entries:
                 if name not in known:
                     raise UnknownName.of("setting", name, known)
         if "naming" in given:

@@ -38,7 +38,7 @@ from slipstick.recordings.signals import open_blocks
 from slipstick.studies.conditions import by_level, with_measured
 from slipstick.studies.confidence import are_reported
 from slipstick.studies.figures import Figures, figures, figures_without_fits
-from slipstick.studies.findings import Judged, finding_result, judged, remainder, unconfirmed_result
+from slipstick.studies.findings import AnsweredFinding, answer_findings, finding_result, remainder, unconfirmed_result
 from slipstick.studies.progress import Log, StudySteps
 from slipstick.studies.result import (
     BlockResult,
@@ -51,7 +51,7 @@ from slipstick.studies.result import (
 )
 from slipstick.studies.result import StudyResult as Result
 from slipstick.studies.settings import StudySettings
-from slipstick.studies.untested import closed_blocks, untested
+from slipstick.studies.untested import closed_blocks, examine_untested
 from slipstick.studies.words import SIGNALS, partial_sentence, sentence
 from slipstick.time_budget import Partial, TimeBudgetEnded
 
@@ -70,52 +70,53 @@ def examine(settings: StudySettings, bench: Bench, recordings: Recordings, log: 
     `InvalidValue` for recordings that cannot be of the bench or say too little.
     """
     require_match(recordings, bench)
-    return to_json(name(bench, recordings, settings.naming, _steps(recordings, log).asked,
-                        lambda found: keep(to_json(found))))
+    return to_json(name(bench, recordings, settings.naming, _steps(recordings, log).report_naming,
+                        lambda naming: keep(to_json(naming))))
 
 
 @in_one_blas_thread
 def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, named: dict[str, Any],
              log: Log = lambda _: None) -> tuple[Result, Figures]:
     """Confirm in the simulation what `examine` has named, and say what it is worth."""
-    found = from_json(named)
-    reported, left_over = _reported(settings, found)
-    found = replace(found, findings=tuple(one.finding for one in reported))
-    answers = [one.said for one in reported]
-    traces, points = _traces(settings, bench, recordings, found)
-    doing = _steps(recordings, log).confirming
-    terms = _terms(bench, found, answers)
+    naming = from_json(named)
+    reported, left_over = _split_reported(settings, naming)
+    naming = replace(naming, findings=tuple(answered.finding for answered in reported))
+    answers = [answered.said for answered in reported]
+    traces, points = _traces(settings, bench, recordings, naming)
+    doing = _steps(recordings, log).report_confirming
+    terms = _terms(bench, naming, answers)
     doing("fit", "Fitting the simulation of the whole bench" + (" without and with the findings" if answers else ""))
-    measured = {one.effect: found.measured[one.pair].simulated() for one in answers
-                if one.effect and one.pair in found.measured}
+    measured = {answer.effect: naming.measured[answer.pair].simulated() for answer in answers
+                if answer.effect and answer.pair in naming.measured}
     laws = {name: law for name, law in measured.items() if law is not None}
     before, formulas, after, without = _fits(settings, traces, terms, laws, points)
     doing("compare", "Comparing with the effects that the recordings do not tell apart")
-    experiments, rest = [_experiments(one, after) for one in answers], untested(settings, after)
-    results = [finding_result(settings, one, found.measured.get(one.finding.pair), formulas, after, its)
-               for one, its in zip(reported, experiments, strict=True)]
+    experiments, rest = [_experiments(answer, after) for answer in answers], examine_untested(settings, after)
+    results = [finding_result(settings, answered, naming.measured.get(answered.finding.pair), formulas, after,
+                              further_experiments)
+               for answered, further_experiments in zip(reported, experiments, strict=True)]
     doing("predict", "Predicting held-out conditions")
     gap, is_extended = None, bool(after.block.terms.names)
     if is_extended:
         # What predicts best without the findings is what they are compared with.
-        tried = [(one, predict(one, settings.seed)) for one in without]
-        before, wide = min(tried, key=lambda one: one[1].total(traces))
+        tried = [(fit, predict(fit, settings.seed)) for fit in without]
+        before, wide = min(tried, key=lambda attempt: attempt[1].total(traces))
         predictions = {"before": wide, "after": predict(after, settings.seed)}
-        gap = _gap(settings, before, predictions, [finding.pair[0] for finding in found.findings])
+        gap = _gap(settings, before, predictions, [finding.pair[0] for finding in naming.findings])
         before = polished(before)
     else:
         predictions = {"before": predict(before, settings.seed)}
     kind = "several" if len(results) > 1 else results[0].kind if results else \
-        "unlisted" if found.lacking or rest.misfits else "none"
-    answer = sentence(results, found.unexplained, found.outlying, left_over, bool(found.chi_square),
+        "unlisted" if naming.lacking or rest.misfits else "none"
+    answer = sentence(results, naming.unexplained, naming.outlying, left_over, bool(naming.chi_square),
                       traces.scene.missing, rest.misfits, rest.explanations)
     result = Result(
-        kind, answer, results, _blocks(found, results), list(found.set_aside), _simulation(before), _simulation(after),
-        gap, len(traces.scene), _noise(traces.scene), recordings.digest, settings.digest, rest.closed,
-        traces.scene.unused, list(by_level(traces.scene.recordings.conditions, traces.conditions)), left_over,
-        rest.explanations, rest.times)
+        kind, answer, results, _block_results(naming, results), list(naming.set_aside), _simulation(before),
+        _simulation(after), gap, len(traces.scene), _noise(traces.scene), recordings.digest, settings.digest,
+        rest.closed, traces.scene.unused, list(by_level(traces.scene.recordings.conditions, traces.conditions)),
+        left_over, rest.explanations, rest.times)
     return result, figures(before, after if is_extended else None, predictions,
-                           recordings.conditions.take(list(found.set_aside)))
+                           recordings.conditions.take(list(naming.set_aside)))
 
 
 @in_one_blas_thread
@@ -129,40 +130,42 @@ def unconfirmed(settings: StudySettings, bench: Bench, recordings: Recordings, n
     if named is None or not can:
         raise TimeBudgetEnded.before(budget, "a block of the model was examined" if can else
                                      "the simulation of the whole bench was fitted")
-    found = from_json(named)
-    reported, left_over = _reported(settings, found)
-    results = [unconfirmed_result(settings, one, found.measured.get(one.finding.pair)) for one in reported]
-    scene = _scene(settings, bench, recordings, found)
-    missing = [_block(block) for block in can if block not in found.chi_square]
-    if not (found.is_complete or missing):
+    naming = from_json(named)
+    reported, left_over = _split_reported(settings, naming)
+    results = [unconfirmed_result(settings, answered, naming.measured.get(answered.finding.pair))
+               for answered in reported]
+    scene = _scene(settings, bench, recordings, naming)
+    missing = [_block_title(block) for block in can if block not in naming.chi_square]
+    if not (naming.is_complete or missing):
         missing = ["the rest of the examination of the blocks"]
-    partial = Partial(budget, [_block(block) for block in found.chi_square],
+    partial = Partial(budget, [_block_title(block) for block in naming.chi_square],
                       [*missing, "the simulation of the whole bench, and with it coefficients, size and gap"])
-    kind = "several" if len(results) > 1 else results[0].kind if results else "unlisted" if found.lacking else "open"
-    conditions = with_measured(scene.recordings.conditions, found.parameters)
+    kind = "several" if len(results) > 1 else results[0].kind if results else "unlisted" if naming.lacking else "open"
+    conditions = with_measured(scene.recordings.conditions, naming.parameters)
     result = Result(
-        kind, partial_sentence(results, found.unexplained, found.outlying, left_over), results, _blocks(found, results),
-        list(found.set_aside), None, None, None, len(scene), _noise(scene), recordings.digest, settings.digest,
-        closed_blocks(scene.missing), scene.unused, list(by_level(scene.recordings.conditions, conditions)), left_over,
-        partial=partial)
-    return result, figures_without_fits(scene.recordings, recordings.conditions.take(list(found.set_aside)))
+        kind, partial_sentence(results, naming.unexplained, naming.outlying, left_over), results,
+        _block_results(naming, results), list(naming.set_aside), None, None, None, len(scene), _noise(scene),
+        recordings.digest, settings.digest, closed_blocks(scene.missing), scene.unused,
+        list(by_level(scene.recordings.conditions, conditions)), left_over, partial=partial)
+    return result, figures_without_fits(scene.recordings, recordings.conditions.take(list(naming.set_aside)))
 
 
-def _reported(settings: StudySettings, found: Naming) -> tuple[list[Judged], list[Remainder]]:
+def _split_reported(settings: StudySettings, naming: Naming) -> tuple[list[AnsweredFinding], list[Remainder]]:
     """The findings that are reported, and what the others are called."""
-    every = judged(settings, found)
-    are = are_reported([one.evidence for one in every], [one.finding.nats for one in every])
-    return ([one for one, its in zip(every, are, strict=True) if its],
-            [remainder(one) for one, its in zip(every, are, strict=True) if not its])
+    findings = answer_findings(settings, naming)
+    reported = are_reported([answered.evidence for answered in findings],
+                            [answered.finding.nats for answered in findings])
+    return ([answered for answered, is_reported in zip(findings, reported, strict=True) if is_reported],
+            [remainder(answered) for answered, is_reported in zip(findings, reported, strict=True) if not is_reported])
 
 
-def _blocks(found: Naming, results: list[FindingResult]) -> list[BlockResult]:
-    return [BlockResult(block, SIGNALS[block], value, [one.title for one in results if block in one.blocks],
-                        block in found.unexplained, list(found.outlying.get(block, ())))
-            for block, value in found.chi_square.items()]
+def _block_results(naming: Naming, results: list[FindingResult]) -> list[BlockResult]:
+    return [BlockResult(block, SIGNALS[block], value, [result.title for result in results if block in result.blocks],
+                        block in naming.unexplained, list(naming.outlying.get(block, ())))
+            for block, value in naming.chi_square.items()]
 
 
-def _block(name: str) -> str:
+def _block_title(name: str) -> str:
     return f"the block “{SIGNALS[name]}”"
 
 
@@ -179,12 +182,12 @@ def _fits(settings: StudySettings, traces: Traces, terms: Terms, laws: Mapping[s
     maximum, and all of them begin again there. If that does not end, the simulation does not ask for the terms. The fit
     with the terms, whose standard errors are stated, is polished.
     """
-    def enough(gain: np.ndarray) -> bool:
+    def is_sufficient(gain: np.ndarray) -> bool:
         return is_enough(gain, settings.naming)
 
     for _ in range(_BEGINNINGS):
-        before, formulas = confirmed(traces, terms, points, enough)
-        after = with_measured_laws(formulas, before, laws, points, enough)
+        before, formulas = confirmed(traces, terms, points, is_sufficient)
+        after = with_measured_laws(formulas, before, laws, points, is_sufficient)
         without = with_scatter_of(after, before) if after.block.terms.names else []
         higher = best([after, *without])
         if higher is after:
@@ -199,40 +202,41 @@ def _steps(recordings: Recordings, log: Log) -> StudySteps:
 
 
 def _traces(settings: StudySettings, bench: Bench, recordings: Recordings,
-            found: Naming) -> tuple[Traces, np.ndarray]:
+            naming: Naming) -> tuple[Traces, np.ndarray]:
     """The recordings that were not set aside, and the parameters (n, q) at which their simulations start."""
-    scene = _scene(settings, bench, recordings, found)
+    scene = _scene(settings, bench, recordings, naming)
     nominal = np.zeros(len(scene))
-    starts = [nominal if name in (*_NOMINAL_LOSSES, *CONDITIONS) else found.parameters.get(name, nominal)
+    starts = [nominal if name in (*_NOMINAL_LOSSES, *CONDITIONS) else naming.parameters.get(name, nominal)
               for name in RANDOM]
-    conditions = with_measured(scene.recordings.conditions, found.parameters)
-    return Traces.of(scene, found.clocks, found.converter, conditions), np.stack(starts, axis=1)
+    conditions = with_measured(scene.recordings.conditions, naming.parameters)
+    return Traces.of(scene, naming.clocks, naming.converter, conditions), np.stack(starts, axis=1)
 
 
-def _scene(settings: StudySettings, bench: Bench, recordings: Recordings, found: Naming) -> Scene:
+def _scene(settings: StudySettings, bench: Bench, recordings: Recordings, naming: Naming) -> Scene:
     """The recordings that were not set aside, with the noise that was found."""
     whole = Scene.of(bench, recordings, settings.naming)
-    return replace(whole.take(np.setdiff1d(np.arange(len(whole)), found.set_aside)), noise=found.noise)
+    return replace(whole.take(np.setdiff1d(np.arange(len(whole)), naming.set_aside)), noise=naming.noise)
 
 
-def _terms(bench: Bench, found: Naming, answers: list[Answer]) -> Terms:
+def _terms(bench: Bench, naming: Naming, answers: list[Answer]) -> Terms:
     """The named effects, and the measured laws of what has no name."""
-    named = dict.fromkeys(one.effect for one in answers if one.effect)
-    laws = [found.measured[one.pair].simulated() for one in answers if not one.effect and one.pair in found.measured]
+    named = dict.fromkeys(answer.effect for answer in answers if answer.effect)
+    laws = [naming.measured[answer.pair].simulated() for answer in answers
+            if not answer.effect and answer.pair in naming.measured]
     return Terms(bench, tuple(named), tuple(law for law in laws if law is not None)[:MOST_LAWS])
 
 
-def _experiments(one: Answer, after: SimulationFit) -> list[FurtherExperiment]:
+def _experiments(answer: Answer, after: SimulationFit) -> list[FurtherExperiment]:
     """Experiments that tell the effect of an answer from those that are tied with it."""
-    found, terms = [], after.block.terms
+    experiments, terms = [], after.block.terms
     known = {effect.name for effect in effects.CATALOGUE}
-    for rival in one.others:
-        if one.effect not in terms.effects or rival not in known or rival in terms.effects:
+    for rival in answer.others:
+        if answer.effect not in terms.effects or rival not in known or rival in terms.effects:
             continue
-        swapped = replace(terms, effects=tuple(rival if name == one.effect else name for name in terms.effects))
+        swapped = replace(terms, effects=tuple(rival if name == answer.effect else name for name in terms.effects))
         other = fit_simulation(after.block.traces, swapped, after.fitted.points)
-        found += further(after, other, rival)
-    return found
+        experiments += further(after, other, rival)
+    return experiments
 
 
 def _gap(settings: StudySettings, before: SimulationFit, predictions: dict[str, Prediction],
@@ -240,21 +244,21 @@ def _gap(settings: StudySettings, before: SimulationFit, predictions: dict[str, 
     """The gap before and after, and what the best effect on another quantity closes of it."""
     wide, narrow = predictions["before"], predictions["after"]
     spent = control(before, quantities)
-    its = None
+    control_result = None
     if spent is not None:
         other = predict(spent[1], settings.seed)
         # What a right model would leave is the findings' to say, of the control as well.
-        judged = Prediction(other.channels, other.square, narrow.variance, other.time)
-        its = Control(spent[0], closures(wide, judged, settings.seed))
-    return Gap(closures(wide, narrow, settings.seed), wide.time.tolist(), narrow.time.tolist(), its)
+        comparable = Prediction(other.channels, other.square, narrow.variance, other.time)
+        control_result = Control(spent[0], closures(wide, comparable, settings.seed))
+    return Gap(closures(wide, narrow, settings.seed), wide.time.tolist(), narrow.time.tolist(), control_result)
 
 
-def _simulation(one: SimulationFit) -> SimulationResult:
+def _simulation(fit: SimulationFit) -> SimulationResult:
     """A fit as a result; its model has the mean parameters."""
-    block = one.block
+    block = fit.block
     values = block.scene.base.copy()
-    for parameter, change in one.parameters.items():
+    for parameter, change in fit.parameters.items():
         if parameter not in CONDITIONS:
             values[names_of.index(parameter)] *= 1 + change
-    return SimulationResult(one.parameters, one.scatter, one.chi_square, float(one.evidence.sum()),
-                            one.fitted.converged, block.terms.model(one.values, tuple(values.tolist())).spec())
+    return SimulationResult(fit.parameters, fit.scatter, fit.chi_square, float(fit.evidence.sum()),
+                            fit.fitted.converged, block.terms.model(fit.values, tuple(values.tolist())).spec())

@@ -32,7 +32,7 @@ def closed_blocks(missing: Sequence[str]) -> list[ClosedBlock]:
             for block, words in SIGNALS.items() if NEEDED[block] & set(missing)]
 
 
-def untested(settings: StudySettings, after: SimulationFit) -> Untested:
+def examine_untested(settings: StudySettings, after: SimulationFit) -> Untested:
     """What the fit `after` with all findings says about the blocks that could not be tested."""
     closed, known = closed_blocks(after.block.scene.missing), after.block.terms.effects
     signals = after.block.traces.signals
@@ -41,11 +41,11 @@ def untested(settings: StudySettings, after: SimulationFit) -> Untested:
     misfits = [name for name in signals if usual[name] > settings.naming.strong]
     if not closed or (signals and not misfits):
         return Untested(closed, misfits, [], [])
-    others = [one for one in effects.CATALOGUE if one.name in settings.catalogue and one.name not in known]
+    others = [effect for effect in effects.CATALOGUE if effect.name in settings.catalogue and effect.name not in known]
     if signals:
         return Untested(closed, misfits, explanations(after, others, settings.naming), [])
     # The parameters of an engagement explain its one number, so that only differences between conditions tell anything.
     times = times_over(polished(after), settings.naming, settings.seed)
-    if not any(one.shown for one in times):
+    if not any(change.shown for change in times):
         return Untested(closed, [], [], times)
     return Untested(closed, [TIME], explanations(after, others, settings.naming), times)

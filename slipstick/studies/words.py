@@ -37,16 +37,18 @@ def sentence(findings: Sequence[FindingResult], unexplained: Sequence[str],
     without which some blocks could not be tested, or none. `misfits` are the signals, or the shifting time, in which
     the simulation leaves a misfit that the tested blocks do not explain, and `explanations` would explain it.
     """
-    answer = _said(findings, unexplained, outlying) + "".join(_left_over(one) for one in remainders)
+    answer = _describe_findings(findings, unexplained, outlying)
+    answer += "".join(_describe_remainder(remainder) for remainder in remainders)
     if misfits:
-        absent = f"Something is missing that shows in the {_words(misfits)}"
+        absent = f"Something is missing that shows in the {_join_words(misfits)}"
         absent += ", but in no block that could be tested" if any_tested else ""
-        answer = (absent if answer == NOTHING else f"{answer}. {absent}") + _would_explain(explanations)
+        answer = (absent if answer == NOTHING else f"{answer}. {absent}") + _describe_explanations(explanations)
     if not missing:
         return answer
     if not any_tested and answer == NOTHING:
         answer = _PARAMETERS
-    return f"{answer}. {'Not every' if any_tested else 'No'} block was tested: the recordings have no {_words(missing)}"
+    which, lacking = "Not every" if any_tested else "No", _join_words(missing)
+    return f"{answer}. {which} block was tested: the recordings have no {lacking}"
 
 
 def partial_sentence(findings: Sequence[FindingResult], unexplained: Sequence[str],
@@ -58,59 +60,62 @@ def partial_sentence(findings: Sequence[FindingResult], unexplained: Sequence[st
 
 def engagements(rows: Sequence[int]) -> str:
     """Engagements by their numbers."""
-    return f"engagement{'s' * (len(rows) > 1)} {_words([str(row) for row in rows])}"
+    return f"engagement{'s' * (len(rows) > 1)} {_join_words([str(row) for row in rows])}"
 
 
-def _would_explain(explanations: Sequence[Explanation]) -> str:
+def _describe_explanations(explanations: Sequence[Explanation]) -> str:
     """The effects that would explain a misfit best, as far as the recordings tell them apart."""
     if not explanations:
         return ""
-    first, *others = (effects.find(one.effect).title for one in explanations if one is explanations[0] or one.tied)
+    first, *others = (effects.find(explanation.effect).title for explanation in explanations
+                      if explanation is explanations[0] or explanation.tied)
     names = [name[0].lower() + name[1:] for name in (first, *others)]
     what = "would explain it" if explanations[0].sufficient else "would explain most, but not all of it"
     best = f". Of the effects in the catalogue, {names[0]} {what}"
-    return f"{best}, and is not told apart from {_words(names[1:])}" if names[1:] else best
+    return f"{best}, and is not told apart from {_join_words(names[1:])}" if names[1:] else best
 
 
-def _words(names: Sequence[str]) -> str:
+def _join_words(names: Sequence[str]) -> str:
     *most, last = (name.replace("_", " ") for name in names)
     return f"{', '.join(most)} and {last}" if most else last
 
 
-def _said(findings: Sequence[FindingResult], unexplained: Sequence[str], outlying: Mapping[str, Sequence[int]]) -> str:
-    left = _quoted(unexplained)
+def _describe_findings(findings: Sequence[FindingResult], unexplained: Sequence[str],
+                       outlying: Mapping[str, Sequence[int]]) -> str:
+    left = _quote_blocks(unexplained)
     if not findings and not left and outlying:
-        rows = sorted({row for its in outlying.values() for row in its})
+        rows = sorted({row for block_rows in outlying.values() for row in block_rows})
         bad = "are bad: they are" if len(rows) > 1 else "is bad: it is"
-        return (f"Something is missing in the block {_quoted(tuple(outlying))}, or {engagements(rows)} {bad} far worse "
-                "there than the others")
+        return (f"Something is missing in the block {_quote_blocks(tuple(outlying))}, or {engagements(rows)} {bad} "
+                "far worse there than the others")
     if not findings:
         return f"Something is missing in the block {left}, and no law that was tried explains it" if left else NOTHING
-    parts = [_phrase(one) for one in findings]
+    parts = [_describe_finding(finding) for finding in findings]
     more = f". Something more is missing in the block {left}, and no law that was tried explains it" if left else ""
     return f"Missing: {'; and '.join(parts)}{more}"
 
 
-def _quoted(blocks: Sequence[str]) -> str:
+def _quote_blocks(blocks: Sequence[str]) -> str:
     return " and ".join(f"“{SIGNALS[block]}”" for block in blocks)
 
 
-def _left_over(one: Remainder) -> str:
-    return (f". What is left in the block {_quoted(one.blocks)} resembles this: "
-            f"{one.title[0].lower() + one.title[1:]}. More likely it is what the laws of the findings do not follow")
+def _describe_remainder(remainder: Remainder) -> str:
+    return (f". What is left in the block {_quote_blocks(remainder.blocks)} resembles this: "
+            f"{remainder.title[0].lower() + remainder.title[1:]}. "
+            "More likely it is what the laws of the findings do not follow")
 
 
-def _phrase(one: FindingResult) -> str:
-    doubt = one.confirmation.agrees is False or one.confirmation.simulated == "not computed"
-    return _name(one) + " (not confirmed by the simulation of the whole bench)" * doubt
+def _describe_finding(finding: FindingResult) -> str:
+    doubt = finding.confirmation.agrees is False or finding.confirmation.simulated == "not computed"
+    return _name_finding(finding) + " (not confirmed by the simulation of the whole bench)" * doubt
 
 
-def _name(one: FindingResult) -> str:
-    name = one.title[0].lower() + one.title[1:]
-    if one.kind == "unlisted":
+def _name_finding(finding: FindingResult) -> str:
+    name = finding.title[0].lower() + finding.title[1:]
+    if finding.kind == "unlisted":
         return f"{name}, which no effect of the catalogue explains"
-    if one.kind == "tie":
-        others = [title((other.quantity, other.depends_on), other.effect) for other in one.rivals]
+    if finding.kind == "tie":
+        others = [title((other.quantity, other.depends_on), other.effect) for other in finding.rivals]
         rest = ", ".join(other[0].lower() + other[1:] for other in others)
         return f"one of {1 + len(others)} that these recordings do not tell apart: {name}, {rest}"
     return name

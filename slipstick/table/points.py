@@ -26,7 +26,7 @@ def clip_points(axes: Sequence[Axis], points: np.ndarray, outside: Outside) -> t
         raise InvalidValue(f"The points have shape {points.shape}, not (m, {len(axes)})",
                            f"Give one multiplier per axis: {', '.join(axis.name for axis in axes)}")
     lower, upper = box(axes)
-    clipped, inside, are_finite = _clipped(np.ascontiguousarray(points, float), lower, upper)
+    clipped, inside, are_finite = _clip(np.ascontiguousarray(points, float), lower, upper)
     if not are_finite:
         row, column = np.argwhere(~np.isfinite(points))[0]
         raise InvalidValue(f"Point {row} is not finite in {axes[column].name}", "Give finite multipliers")
@@ -46,7 +46,7 @@ def count_outside(axes: Sequence[Axis], points: np.ndarray) -> int:
 
 
 @numba.njit(cache=True, nogil=True)
-def _clipped(points: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, np.ndarray, bool]:
+def _clip(points: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, np.ndarray, bool]:
     """The clipped points (m, d), whether each multiplier is inside (m, d), and whether all numbers are finite.
 
     One loop: for a few hundred points, the calls of NumPy take longer than the interpolation.

@@ -63,7 +63,7 @@ def write_header(file: h5py.File, layout: str, digest: str, origin: str, axes: S
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Source]:
+def open_source(path: Path) -> Iterator[Source]:
     """Open the file at `path`; raises `UnknownName` if it does not exist, `WrongLayout` if it is not HDF5."""
     if not path.is_file():
         raise UnknownName.of("table", path.name, [other.name for other in path.parent.glob("*.h5")])

@@ -27,8 +27,8 @@ def subject_of(spec: dict[str, Any]) -> Subject:
 def input_of(subject: Subject, name: str) -> tuple[str, float]:
     """Unit and nominal value of an input, a parameter of a clutch; raises `UnknownName`."""
     if isinstance(subject, BlackBoxDescription):
-        found = subject.input(name)
-        return found.unit, found.nominal
+        quantity = subject.input(name)
+        return quantity.unit, quantity.nominal
     row = parameters.index(name)
     return parameters.PARAMETERS[row].unit, float(subject.parameters[row])
 

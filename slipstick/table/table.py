@@ -43,7 +43,7 @@ class Table(ABC):
 
         Raises `UnknownName` if the file does not exist, `WrongLayout`, `CorruptTable` or `WrongDigest`.
         """
-        with store.opened(Path(path)) as source:
+        with store.open_source(Path(path)) as source:
             return cls.of(source)
 
     @classmethod
@@ -133,10 +133,10 @@ class Table(ABC):
         Beyond an edge, a clipped value does not change with the multiplier of that axis.
         """
         clipped, inside = clip_points(self.axes, point[None], outside)
-        found = self._derivatives(clipped[0]).along(inside[0].astype(float))
+        derivatives = self._derivatives(clipped[0]).along(inside[0].astype(float))
         if outside == "nan" and not inside.all():
-            return Derivatives(*(np.full(array.shape, np.nan) for array in vars(found).values()))
-        return found
+            return Derivatives(*(np.full(array.shape, np.nan) for array in vars(derivatives).values()))
+        return derivatives
 
     def __call__(self, points: np.ndarray, conditions: Setting) -> np.ndarray:
         """Shifting times in s of n `conditions` at `points` (m, d), which are clipped to the table: (m, n).

@@ -39,7 +39,7 @@ _CONDITION = "condition"
 _REMEDY = "Compare the file with docs/your_table.md"
 
 
-def verified(content: bytes) -> tuple[str, bytes]:
+def verify(content: bytes) -> tuple[str, bytes]:
     """Return the digest of an uploaded table, and the bytes to store; both are made in a limited child process.
 
     Raises `RefusedTable`.
@@ -61,14 +61,14 @@ def read(content: bytes) -> Table:
     with reading(content, CorruptTable, _LARGEST) as source:
         layout = source.attribute("", "layout")
         try:
-            table = _plain(source) if layout == PLAIN else Table.of(source)
+            table = _read_plain(source) if layout == PLAIN else Table.of(source)
         except InvalidValue as error:
             raise CorruptTable(error.cause, error.remedy) from error
     _require_inputs(table)
     return table
 
 
-def _plain(source: Source) -> Grid:
+def _read_plain(source: Source) -> Grid:
     version = source.number("", "layout_version")
     if version != store.LAYOUT_VERSION:
         raise WrongLayout(f"The table has layout version {version:g}, not {store.LAYOUT_VERSION}", _REMEDY)

@@ -9,7 +9,7 @@ from slipstick.uncertainty.inputs import Inputs
 def axis_mass_outside(inputs: Inputs, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
     """Marginal probability that each input lies outside [lower, upper] (d,): shape (d,), exact."""
     edges = np.column_stack([lower, upper])
-    return np.array([_outside(inputs, index, edges[index]) for index in range(inputs.dimension)])
+    return np.array([_axis_mass_outside(inputs, index, edges[index]) for index in range(inputs.dimension)])
 
 
 def mass_outside(inputs: Inputs, lower: np.ndarray, upper: np.ndarray, normals: np.ndarray) -> float:
@@ -26,7 +26,7 @@ def mass_outside(inputs: Inputs, lower: np.ndarray, upper: np.ndarray, normals: 
     return max(float(np.mean(np.any((points < lower) | (points > upper), axis=1))), float(axes.max()))
 
 
-def _outside(inputs: Inputs, index: int, edges: np.ndarray) -> float:
+def _axis_mass_outside(inputs: Inputs, index: int, edges: np.ndarray) -> float:
     if inputs.marginal_std[index] == 0:
         return float(not edges[0] <= inputs.mean[index] <= edges[1])
     low, high = inputs.scores(index, edges)

@@ -46,7 +46,7 @@ def test_an_empty_service_says_what_to_do_first(tmp_path: Path, serving: Any) ->
     with serving(Settings(tables=tmp_path / "tables", jobs=f"sqlite:///{tmp_path}/jobs.sqlite")) as address, \
             httpx.Client(base_url=address) as client:
         found = text(client)
-    steps = ("worker bench new", "worker build", "/v1/recordings?name=mine", "slipstick work",
+    steps = ("slipstick bench new", "slipstick build", "/v1/recordings?name=mine", "slipstick work",
              f"{address}/v1/studies")
     assert sorted(steps, key=found.index) == list(steps)
     for nothing in ("There is no table yet", "There are no recordings yet", "There is no bench yet", "0 workers alive"):
@@ -250,7 +250,7 @@ def running(serving_jobs: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 def test_a_running_study_states_its_step_its_share_and_what_it_tries(running: Running) -> None:
     reported: list[StudyProgress] = []
     tries = Asked("contact", ("contact",), ("friction coefficient", "slip"))
-    StudySteps(("pressure", "output_torque", "output_speed", "input_speed"), reported.append).asked(tries)
+    StudySteps(("pressure", "output_torque", "output_speed", "input_speed"), reported.append).report_naming(tries)
     found = running(asdict(reported[0])).json()
     assert found["progress"] == {"stage": "name", "step": 7, "steps": 12, "done": 0.5, "doing": reported[0].doing,
                                  "budget_left": None}

@@ -33,6 +33,7 @@ def test_examples_need_no_recent_curl() -> None:
 @pytest.mark.slow
 def test_examples_work_as_written(quick_service: tuple[Path, httpx.Client], tmp_path: Path) -> None:
     tables, client = quick_service
+    shutil.copy(tables / "measured.h5", tables / "sample.h5")
     shutil.copy(tables / "nominal.h5", tables / "calibrated.h5")  # the demo builds it; here its content does not matter
     for line in LINES:
         command = line.replace("http://127.0.0.1:8000", str(client.base_url).rstrip("/"))

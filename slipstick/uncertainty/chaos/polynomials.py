@@ -83,10 +83,10 @@ def _evaluate_block(germs: np.ndarray, degrees: np.ndarray, alpha: np.ndarray, r
                 single[axis, 1, point] = germs[point, axis]
         for degree in range(1, count - 1):
             shift, below, above = alpha[axis, degree], root_beta[axis, degree], root_beta[axis, degree + 1]
-            first, one, two, new = single[axis, 1], single[axis, degree], single[axis, degree - 1], single[
+            first, current, previous, new = single[axis, 1], single[axis, degree], single[axis, degree - 1], single[
                 axis, degree + 1]
             for point in range(_BLOCK):
-                new[point] = ((first[point] - shift) * one[point] - below * two[point]) / above
+                new[point] = ((first[point] - shift) * current[point] - below * previous[point]) / above
     for term in range(len(degrees)):
         into, factor = products[term], single[0, degrees[term, 0]]
         for point in range(_BLOCK):

@@ -44,7 +44,7 @@ class Remark:
 
 def remarks(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray) -> list[Remark]:
     """Remarks on unknowns of `optimum` (k,) at a bound of the search, and on inputs outside the model domain."""
-    return [*_at_bounds(problem, space, optimum), *_outside(problem, space, optimum)]
+    return [*_remarks_at_bounds(problem, space, optimum), *_remarks_outside(problem, space, optimum)]
 
 
 def polynomial_remarks(error: float | None, output_std: float, unit: str) -> Iterator[Remark]:
@@ -57,7 +57,7 @@ def polynomial_remarks(error: float | None, output_std: float, unit: str) -> Ite
                      "scatter")
 
 
-def _at_bounds(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray) -> Iterator[Remark]:
+def _remarks_at_bounds(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray) -> Iterator[Remark]:
     d = len(space.axes)
     kinds = ["mean"] * d + ["std"] * d + ["output std"] + ["correlation"] * (len(optimum) - 2 * d - 1)
     positions, natural = (optimum - space.lower) / (space.upper - space.lower), space.to_natural(optimum)
@@ -77,7 +77,7 @@ def _at_bounds(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray) 
                          True)
 
 
-def _outside(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray) -> Iterator[Remark]:
+def _remarks_outside(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray) -> Iterator[Remark]:
     inputs, d = space.candidate(optimum).inputs, len(space.axes)
     margin = NEAR * (space.upper - space.lower)[:d]
     interior = (inputs.mean >= problem.lower + margin) & (inputs.mean <= problem.upper - margin)

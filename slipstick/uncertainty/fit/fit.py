@@ -81,7 +81,7 @@ def next_state(settings: FitSettings, problem: InferenceProblem, state: SearchSt
         raise InvalidValue(f"All candidates have a likelihood of 0 (conditions without a density: {lost})",
                            "Leave out conditions that do not lock, or narrow mean_bounds and std_bounds")
     return {**state, **population.to_dict(), "path": [*state["path"], population.points[0].tolist()],
-            "history": [*state["history"], _finite(float(population.fitness[0]))]}
+            "history": [*state["history"], _finite_or_none(float(population.fitness[0]))]}
 
 
 def is_finished(settings: FitSettings, state: SearchState) -> bool:
@@ -136,7 +136,8 @@ def with_next_interval(settings: FitSettings, problem: InferenceProblem, estimat
     estimate, refined from the best point of the profile, without intervals.
     """
     space, vector, intervals = search_space(settings, problem), np.array(estimate["vector"]), estimate["intervals"]
-    identified = [direction_of(space, np.array(combination["weights"])) for combination in _identified(estimate)]
+    identified = [direction_of(space, np.array(combination["weights"]))
+                  for combination in _identified_combinations(estimate)]
     direction = [*np.eye(len(vector)), *identified][len(intervals)]
     interval = profile_interval(problem, space, vector, direction, settings.level)
     if settings.refine and interval.curve[:, 1].min() < -_BETTER:
@@ -158,10 +159,10 @@ def unfinished(settings: FitSettings, state: SearchState, estimate: Estimate | N
         parts.append(("refinement", estimate is not None, ""))
     if settings.intervals:
         count = 0 if estimate is None else len(estimate["intervals"])
-        some = f"{count} of {_interval_count(estimate)} intervals" if estimate is not None and count else ""
-        parts.append(("intervals", estimate is not None and has_all_intervals(settings, estimate), some))
-    done = [name if is_done else some for name, is_done, some in parts if is_done or some]
-    return done, [f"the rest of the {name}" if some else name for name, is_done, some in parts if not is_done]
+        extent = f"{count} of {_interval_count(estimate)} intervals" if estimate is not None and count else ""
+        parts.append(("intervals", estimate is not None and has_all_intervals(settings, estimate), extent))
+    done = [name if is_done else extent for name, is_done, extent in parts if is_done or extent]
+    return done, [f"the rest of the {name}" if extent else name for name, is_done, extent in parts if not is_done]
 
 
 def summary(settings: FitSettings, problem: InferenceProblem, state: SearchState, estimate: Estimate,
@@ -174,7 +175,7 @@ def summary(settings: FitSettings, problem: InferenceProblem, state: SearchState
     """
     space, vector = search_space(settings, problem), np.array(estimate["vector"])
     candidate = space.candidate(vector)
-    likelihood, sampling_error = _converged(settings, problem, candidate)
+    likelihood, sampling_error = _converged_likelihood(settings, problem, candidate)
     total = float(likelihood.sum())
     normals = standard_normals(len(space.axes), settings.samples, settings.seed)
     intervals = [{name: value for name, value in interval.items() if name != "unknowns"}
@@ -184,10 +185,10 @@ def summary(settings: FitSettings, problem: InferenceProblem, state: SearchState
         "axes": list(space.axes), "families": list(space.families), "support": space.support.tolist(),
         "method": settings.method, "refined": settings.refine,
         **_candidate_dict(candidate),
-        "log10_likelihood": _finite(total),
-        "log10_likelihood_per_condition": [_finite(value) for value in likelihood.tolist()],
-        "expansion_error": _finite(float(_search_likelihood(settings, problem, [candidate]).sum()) - total),
-        "sampling_error": _finite(sampling_error),
+        "log10_likelihood": _finite_or_none(total),
+        "log10_likelihood_per_condition": [_finite_or_none(value) for value in likelihood.tolist()],
+        "expansion_error": _finite_or_none(float(_search_likelihood(settings, problem, [candidate]).sum()) - total),
+        "sampling_error": _finite_or_none(sampling_error),
         "before": _candidate_summary(settings, problem, nominal_candidate(problem, space)),
         "searched": _candidate_summary(settings, problem, space.candidate(np.array(state["points"][0]))),
         "intervals": [{"unknown": name, **interval} for name, interval in zip(space.names, of_unknowns, strict=False)],
@@ -207,10 +208,10 @@ def summary(settings: FitSettings, problem: InferenceProblem, state: SearchState
 
 
 def _interval_count(estimate: Estimate) -> int:
-    return len(estimate["vector"]) + len(_identified(estimate))
+    return len(estimate["vector"]) + len(_identified_combinations(estimate))
 
 
-def _identified(estimate: Estimate) -> list[dict[str, Any]]:
+def _identified_combinations(estimate: Estimate) -> list[dict[str, Any]]:
     return [combination for combination in estimate["combinations"] if combination["identified"]]
 
 
@@ -243,15 +244,17 @@ def _search_likelihood(settings: FitSettings, problem: InferenceProblem, candida
     return by_sampling(problem, candidates, settings.expansion(len(problem.axes)), normals)
 
 
-def _converged(settings: FitSettings, problem: InferenceProblem, candidate: Candidate) -> tuple[np.ndarray, float]:
+def _converged_likelihood(settings: FitSettings, problem: InferenceProblem,
+                          candidate: Candidate) -> tuple[np.ndarray, float]:
     """The likelihood that the refinement and the intervals maximise, and its error: without lattices."""
     return converged(problem, candidate, settings.seed, lattices=False)
 
 
 def _candidate_summary(settings: FitSettings, problem: InferenceProblem, candidate: Candidate) -> dict[str, Any]:
     return {**_candidate_dict(candidate),
-            "log10_likelihood": _finite(float(_converged(settings, problem, candidate)[0].sum())),
-            "log10_likelihood_by_expansion": _finite(float(_search_likelihood(settings, problem, [candidate]).sum()))}
+            "log10_likelihood": _finite_or_none(float(_converged_likelihood(settings, problem, candidate)[0].sum())),
+            "log10_likelihood_by_expansion": _finite_or_none(
+                float(_search_likelihood(settings, problem, [candidate]).sum()))}
 
 
 def _candidate_dict(candidate: Candidate) -> dict[str, Any]:
@@ -260,5 +263,5 @@ def _candidate_dict(candidate: Candidate) -> dict[str, Any]:
             "correlation": None if inputs.correlation is None else inputs.correlation.tolist()}
 
 
-def _finite(value: float) -> float | None:
+def _finite_or_none(value: float) -> float | None:
     return value if np.isfinite(value) else None

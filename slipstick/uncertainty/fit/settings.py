@@ -110,8 +110,8 @@ class FitSettings:
         for name in values:
             if name not in known:
                 raise UnknownName.of("fit setting", name, known)
-        return cls(**{name: _tuples(value) for name, value in values.items()})
+        return cls(**{name: _to_tuples(value) for name, value in values.items()})
 
 
-def _tuples(value: Any) -> Any:
-    return tuple(_tuples(entry) for entry in value) if isinstance(value, list | tuple) else value
+def _to_tuples(value: Any) -> Any:
+    return tuple(_to_tuples(entry) for entry in value) if isinstance(value, list | tuple) else value

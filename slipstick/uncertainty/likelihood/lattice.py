@@ -40,9 +40,9 @@ sum of `_FEWEST_TERMS` of the largest by 1e-5. Of 1,800 points, 1e-6, 1e-8 and 1
 _LN10 = math.log(10.0)
 
 
-def summed(problem: InferenceProblem, candidate: Candidate, slopes: np.ndarray, direction: np.ndarray,
-           expected: np.ndarray, box: np.ndarray, tolerance: float,
-           most: int = MOST) -> tuple[np.ndarray, float, Lattice] | None:
+def sum_to_tolerance(problem: InferenceProblem, candidate: Candidate, slopes: np.ndarray, direction: np.ndarray,
+                     expected: np.ndarray, box: np.ndarray, tolerance: float,
+                     most: int = MOST) -> tuple[np.ndarray, float, Lattice] | None:
     """log10 p per ms (n,), its estimated error, and the lattice.
 
     The error is the larger one of the last two changes, each summed over the conditions, in decades.
@@ -69,7 +69,7 @@ def summed(problem: InferenceProblem, candidate: Candidate, slopes: np.ndarray, 
     return None
 
 
-def trimmed(problem: InferenceProblem, candidate: Candidate, lattice: Lattice, box: np.ndarray) -> Lattice:
+def trim(problem: InferenceProblem, candidate: Candidate, lattice: Lattice, box: np.ndarray) -> Lattice:
     """The lattice without the points whose terms are negligible for all conditions of a candidate."""
     scores, normals, distances = inside(lattice.normals, candidate.inputs.factor, box)
     times = problem.model(candidate.inputs.at_scores(scores), problem.conditions)
@@ -92,11 +92,12 @@ def density_and_moments(problem: InferenceProblem, candidate: Candidate, lattice
             Moments(moments[1:1 + d].T, second, 2 * candidate.output_std**2 * moments[0]))
 
 
-def sufficient(slopes: np.ndarray, direction: np.ndarray, noise: float, expected: np.ndarray,
-               most: int) -> Lattice | None:
-    """A lattice whose error is below 1e-5 decades per condition for a linear model; arguments as for `summed`.
+def sufficient_lattice(slopes: np.ndarray, direction: np.ndarray, noise: float, expected: np.ndarray,
+                       most: int) -> Lattice | None:
+    """A lattice whose error is below 1e-5 decades per condition for a linear model.
 
-    None if it has more than about `most` points, because the noise is narrow or a measured time is far.
+    Its arguments are as for `sum_to_tolerance`. None if it has more than about `most` points, because the noise is
+    narrow or a measured time is far.
     """
     step = np.minimum(_COARSEST, _SUFFICIENT * np.min(_widths(slopes, direction, noise), axis=1))
     edges = _edges(direction, expected, _SUFFICIENT_BESIDE)

@@ -13,7 +13,7 @@ from slipstick.uncertainty.likelihood.exponential import exponential
 def beyond(times: np.ndarray, measured: np.ndarray, noise: float, distances: np.ndarray) -> np.ndarray:
     """-2 times the logarithm of the largest ratio (m,) that a point's terms have to the largest of their conditions."""
     m, n = times.shape
-    least, found = np.full(n, np.inf), np.full(m, np.inf)
+    least, nearest = np.full(n, np.inf), np.full(m, np.inf)
     for k in range(m):
         for i in range(n):
             residual = (measured[i] - times[k, i]) / noise
@@ -23,9 +23,9 @@ def beyond(times: np.ndarray, measured: np.ndarray, noise: float, distances: np.
         for i in range(n):
             residual = (measured[i] - times[k, i]) / noise
             above = distances[k] + residual * residual - least[i]
-            if above < found[k]:
-                found[k] = above
-    return found
+            if above < nearest[k]:
+                nearest[k] = above
+    return nearest
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, pipeline_class=WideCompiler)

@@ -17,7 +17,7 @@ from slipstick.numerics.matrix_product import matrix_product
 from slipstick.uncertainty.chaos.expansion import Expansion, ExpansionSettings, expand, make_basis
 from slipstick.uncertainty.inputs import Inputs
 from slipstick.uncertainty.likelihood import lattice, lines
-from slipstick.uncertainty.likelihood.line_rules import ACROSS, WINDOW, along, domain, knotted
+from slipstick.uncertainty.likelihood.line_rules import ACROSS, WINDOW, along, domain, knotted_lines
 from slipstick.uncertainty.likelihood.problem import Candidate, InferenceProblem, Lattice
 from slipstick.uncertainty.likelihood.replicates import LikelihoodEstimate, Target, expected_normals, integrate
 from slipstick.uncertainty.sampling import log10_mean_density
@@ -63,7 +63,7 @@ def converged(problem: InferenceProblem, candidate: Candidate, seed: int = 1, to
     if is_knotted(problem, candidate.inputs):
         summed = by_lattice(problem, candidate, tolerance) if lattices else None
         if summed:
-            return LikelihoodEstimate(summed[0], summed[1] + _unresolved(problem, candidate))
+            return LikelihoodEstimate(summed[0], summed[1] + _unresolved_error(problem, candidate))
         return with_lines(problem, candidate, ACROSS, seed)
     count = ACROSS
     estimate = with_lines(problem, candidate, count, seed)
@@ -83,19 +83,19 @@ def with_lines(problem: InferenceProblem, candidate: Candidate, count: int = ACR
     """
     inputs = candidate.inputs
     centre, of_scores = centre_slopes(problem, inputs)
-    unresolved = _unresolved(problem, candidate)
+    unresolved = _unresolved_error(problem, candidate)
     if is_knotted(problem, inputs):
         distance = _distance(problem.measured_time, centre, inputs.factor.T @ of_scores, candidate.output_std)
         is_near = distance < _LINEAR
         if is_near or set(inputs.families) == {"normal"}:
             density = exact(problem, candidate)
             return LikelihoodEstimate(density, unresolved + (
-                0.0 if is_near or inputs.dimension == 1 else _left_out(problem, candidate, density)))
+                0.0 if is_near or inputs.dimension == 1 else _last_node_change(problem, candidate, density)))
     estimate = integrate(_target(problem, candidate, centre, of_scores), count, seed)
     return LikelihoodEstimate(estimate.density, estimate.error + unresolved)
 
 
-def _left_out(problem: InferenceProblem, candidate: Candidate, density: np.ndarray) -> float:
+def _last_node_change(problem: InferenceProblem, candidate: Candidate, density: np.ndarray) -> float:
     """The change of the sum over log10 p (n,) between knots by the last node of each piece across the lines."""
     quadrature = integration_lines(problem, candidate, more=-1)
     times = times_on_lines(problem, candidate.inputs, quadrature)
@@ -112,7 +112,7 @@ def _target(problem: InferenceProblem, candidate: Candidate, centre: np.ndarray,
                   inputs.factor.T @ of_scores, problem.measured_time, candidate.output_std)
 
 
-def _unresolved(problem: InferenceProblem, candidate: Candidate) -> float:
+def _unresolved_error(problem: InferenceProblem, candidate: Candidate) -> float:
     """What no refinement shows: rounding, and the interpolation between the knots of a model, in decades."""
     is_linear = not is_knotted(problem, candidate.inputs) or set(candidate.inputs.families) == {"normal"}
     return len(problem.measured_time) * (_ROUNDING if is_linear else _CURVED)
@@ -120,7 +120,7 @@ def _unresolved(problem: InferenceProblem, candidate: Candidate) -> float:
 
 def integration_lines(problem: InferenceProblem, candidate: Candidate, count: int = ACROSS, seed: int = 1,
                       more: int = 0) -> lines.Lines:
-    """The lines along which `exact` integrates the model for the candidate, with `more` nodes (see `knotted`)."""
+    """The lines along which `exact` integrates the model for the candidate, with `more` nodes (see `knotted_lines`)."""
     inputs, noise = candidate.inputs, candidate.output_std
     centre, slopes = centre_slopes(problem, inputs)
     distance = _distance(problem.measured_time, centre, inputs.factor.T @ slopes, noise)
@@ -129,7 +129,7 @@ def integration_lines(problem: InferenceProblem, candidate: Candidate, count: in
         if distance > _LINEAR:
             normals = _target(problem, candidate, centre, slopes).most_likely()
             distance = float(np.max(np.linalg.norm(normals, axis=0)))
-        return knotted(inputs, problem.knots, slopes, noise, min(WINDOW + distance, _FURTHEST), more)
+        return knotted_lines(inputs, problem.knots, slopes, noise, min(WINDOW + distance, _FURTHEST), more)
     direction = steepest_direction(inputs, slopes) if problem.direction is None else problem.direction
     return along(direction, inputs.factor, WINDOW + min(distance, WINDOW), count, seed)
 
@@ -150,7 +150,7 @@ def precise(problem: InferenceProblem, candidate: Candidate) -> tuple[np.ndarray
 def optimizer_lattice(problem: InferenceProblem, candidate: Candidate) -> Lattice | None:
     """The lattice of `precise` without its negligible points, which an optimizer keeps near the candidate."""
     points = precise(problem, candidate)[1]
-    return None if points is None else lattice.trimmed(problem, candidate, points, _box_of(problem, candidate, points))
+    return None if points is None else lattice.trim(problem, candidate, points, _box_of(problem, candidate, points))
 
 
 def by_lattice(problem: InferenceProblem, candidate: Candidate, tolerance: float,
@@ -161,8 +161,8 @@ def by_lattice(problem: InferenceProblem, candidate: Candidate, tolerance: float
     slopes = inputs.factor.T @ of_scores
     distance = _distance(problem.measured_time, centre, slopes, candidate.output_std)
     expected = expected_normals(problem.measured_time - centre, slopes, candidate.output_std)
-    return lattice.summed(problem, candidate, slopes, _leading(slopes), expected, _box(problem, inputs, distance),
-                          tolerance, most)
+    return lattice.sum_to_tolerance(problem, candidate, slopes, _leading_direction(slopes), expected,
+                                    _box(problem, inputs, distance), tolerance, most)
 
 
 def density_and_moments(problem: InferenceProblem,
@@ -214,10 +214,10 @@ def by_expansion(problem: InferenceProblem, candidates: Sequence[Candidate],
     for row, (candidate, expansion) in enumerate(_expansions(problem, candidates, settings)):
         inputs, measured, noise = candidate.inputs, problem.measured_time, candidate.output_std
         slopes, points = expansion.linear, None
-        direction = _leading(slopes)
+        direction = _leading_direction(slopes)
         if inputs.dimension <= KNOTTED:
             expected = expected_normals(measured - expansion.mean, slopes, noise)
-            points = lattice.sufficient(slopes, direction, noise, expected, _MOST_IN_SEARCH)
+            points = lattice.sufficient_lattice(slopes, direction, noise, expected, _MOST_IN_SEARCH)
         if points is None:
             quadrature = along(direction, np.eye(inputs.dimension))
             times = expansion.at(inputs.germs_of(quadrature.scores))
@@ -303,10 +303,10 @@ def steepest_direction(inputs: Inputs, slopes: np.ndarray) -> np.ndarray:
 
     `slopes` (d, n) are the derivatives of the times with respect to each normal score.
     """
-    return _leading(inputs.factor.T @ slopes)
+    return _leading_direction(inputs.factor.T @ slopes)
 
 
-def _leading(slopes: np.ndarray) -> np.ndarray:
+def _leading_direction(slopes: np.ndarray) -> np.ndarray:
     """The leading left singular vector (d,) of the slopes (d, n), with its largest entry positive."""
     direction = np.linalg.eigh(matrix_product(slopes, slopes.T))[1][:, -1]
     steepest: np.ndarray = direction * np.where(direction[np.argmax(np.abs(direction))] < 0, -1.0, 1.0)

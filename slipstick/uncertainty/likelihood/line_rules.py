@@ -37,7 +37,7 @@ Knots = tuple[np.ndarray, ...]
 """Increasing values of each input between which a model is linear."""
 
 
-def knotted(inputs: Inputs, knots: Knots, slopes: np.ndarray, noise: float, reach: float, more: int = 0) -> Lines:
+def knotted_lines(inputs: Inputs, knots: Knots, slopes: np.ndarray, noise: float, reach: float, more: int = 0) -> Lines:
     """Lines for a model of one or two inputs, not perfectly correlated, that is linear between `knots`.
 
     `slopes` (d, n) are the derivatives of the times in s with respect to each normal score, `noise` is the output std
@@ -94,11 +94,11 @@ def domain(inputs: Inputs, knots: Knots, axis: int, reach: float) -> tuple[float
 
 
 def _ends(normals: np.ndarray, reach: float) -> tuple[float, float]:
-    low, high = _beyond(normals[[0, -1]])
+    low, high = _scores_beyond(normals[[0, -1]])
     return min(-WINDOW, max(-reach, float(low))), max(WINDOW, min(reach, float(high)))
 
 
-def _beyond(edges: np.ndarray) -> np.ndarray:
+def _scores_beyond(edges: np.ndarray) -> np.ndarray:
     """Normal scores (..., 2) that lie beyond the first and the last knot by as much as matters."""
     return np.asarray(np.hypot(edges, _TAIL) * [-1, 1])
 
@@ -111,7 +111,7 @@ def _breaks(inputs: Inputs, knots: Knots, axis: int, shift: np.ndarray, scale: f
     if inputs.marginal_std[axis] == 0:
         return np.tile([-WINDOW, WINDOW], (len(shift), 1))
     normals = (inputs.scores(axis, knots[axis]) - shift[:, None]) / scale
-    ends = _beyond(normals[:, [0, -1]])
+    ends = _scores_beyond(normals[:, [0, -1]])
     low = np.minimum(-WINDOW, np.maximum(-reach, ends[:, :1]))
     high = np.maximum(WINDOW, np.minimum(reach, ends[:, 1:]))
     inside = normals[:, np.any((normals > low) & (normals < high), axis=0)]

@@ -70,7 +70,7 @@ def polynomial_problem(problem: InferenceProblem, space: Unknowns,
     std = np.maximum(_WIDER * inputs.marginal_std, _NARROWEST)
     region = Inputs(inputs.mean, std)
     basis = make_basis(region.germs, ExpansionSettings(_ORDERS.get(d, _LOWEST_ORDER), rule="regression"))
-    expansion = expand(basis, _imputed(basis, problem.model(region.at_germs(basis.nodes), problem.conditions)))
+    expansion = expand(basis, _impute(basis, problem.model(region.at_germs(basis.nodes), problem.conditions)))
     lower, upper = space.lower.copy(), space.upper.copy()
     lower[:d] = np.maximum(lower[:d], inputs.mean - _REACH * std)
     upper[:d] = np.minimum(upper[:d], inputs.mean + _REACH * std)
@@ -80,7 +80,7 @@ def polynomial_problem(problem: InferenceProblem, space: Unknowns,
             replace(space, lower=np.minimum(lower, vector), upper=np.maximum(upper, vector)))
 
 
-def _imputed(basis: Basis, times: np.ndarray) -> np.ndarray:
+def _impute(basis: Basis, times: np.ndarray) -> np.ndarray:
     """Times (q, n) of the runs in s; NaN is replaced by the least-squares prediction from the other runs.
 
     With many inputs, one of several hundred runs may not lock. The condition would have no expansion otherwise.

@@ -55,7 +55,7 @@ def _mills(t):
 
 
 @numba.njit(cache=True, nogil=True)
-def _aligned(count):
+def _allocate(count):
     """A flat array at the beginning of a line of the cache: vectors across two lines are slow."""
     flat = np.empty(count + 8)
     first = -(flat.ctypes.data // 8) % 8
@@ -155,8 +155,8 @@ def sum_pieces(values, breakpoints, log_weight, across, times, noise, first, las
     """
     variance, columns = noise * noise, sums.shape[1]
     blocks = (last - first + LANES - 1) // LANES
-    work, of_line = _aligned(WORK), _aligned(4 * LANES)
-    tops, totals = _aligned(blocks * LANES), _aligned(blocks * columns * LANES).reshape(blocks, columns, LANES)
+    work, of_line = _allocate(WORK), _allocate(4 * LANES)
+    tops, totals = _allocate(blocks * LANES), _allocate(blocks * columns * LANES).reshape(blocks, columns, LANES)
     tops[:], totals[:] = -np.inf, 0.0
     for line in range(values.shape[0]):  # outermost, in the order of the memory
         for block in range(blocks):
@@ -246,7 +246,7 @@ def sum_derivatives(values, breakpoints, log_weight, times, noise, first, last, 
 
     `per_density` is 1 / p in units of exp(-`top`), as from `sum_pieces`, and 0 where p is 0.
     """
-    work, variance = _aligned(WORK), noise * noise
+    work, variance = _allocate(WORK), noise * noise
     for line in range(values.shape[0]):
         for start in range(first, last, LANES):
             count = min(LANES, last - start)

@@ -105,40 +105,40 @@ def integrate(target: Target, count: int, seed: int) -> LikelihoodEstimate:
     while True:
         low, high = float(expected[0].min()) - margin, float(expected[0].max()) + margin
         along = np.linspace(low, high, 4 * math.ceil((high - low) / (4 * step)) + 1)
-        estimate, reached = _along(target, rotation, along, expected[1:], step, count, seed)
+        estimate, reached = _integrate_along(target, rotation, along, expected[1:], step, count, seed)
         if reached or margin > _WIDEST:
             return estimate if reached else LikelihoodEstimate(estimate.density, math.inf)
         margin *= 1.5
 
 
-def _along(target: Target, rotation: np.ndarray, along: np.ndarray, expected: np.ndarray, step: float, count: int,
-           seed: int) -> tuple[LikelihoodEstimate, bool]:
+def _integrate_along(target: Target, rotation: np.ndarray, along: np.ndarray, expected: np.ndarray, step: float,
+                     count: int, seed: int) -> tuple[LikelihoodEstimate, bool]:
     """The likelihood by lines with the breakpoints `along` (g,), and whether these reach all of the densities."""
     if len(rotation) == 1:
         by_step = _densities(target, Lines(np.array([along]), np.zeros((1, 0)), np.zeros(1), rotation))
         correction, remaining = _extrapolation(by_step)
         return LikelihoodEstimate(by_step[0] + correction, remaining), _is_reached(by_step)
     if len(rotation) == 2:
-        return _equidistant(target, rotation, along, expected, step)
-    rules = [_drawn(along, rotation, expected.T, count // REPLICATES, seed + 1000 * replicate)
+        return _integrate_equidistant(target, rotation, along, expected, step)
+    rules = [_draw_lines(along, rotation, expected.T, count // REPLICATES, seed + 1000 * replicate)
              for replicate in range(REPLICATES)]
     by_step = np.array([_densities(target, rule) for rule in rules])  # (replicates, steps, n)
-    known, control = _linear(target, rules)
+    known, control = _linear_control(target, rules)
     density, error = _jackknife(by_step[:, 0], control, known)
     correction, remaining = _extrapolation(_mean(by_step))
     return LikelihoodEstimate(density + correction, _STUDENT * error + remaining), _is_reached(_mean(by_step))
 
 
-def _equidistant(target: Target, rotation: np.ndarray, along: np.ndarray, expected: np.ndarray,
-                 step: float) -> tuple[LikelihoodEstimate, bool]:
+def _integrate_equidistant(target: Target, rotation: np.ndarray, along: np.ndarray, expected: np.ndarray,
+                           step: float) -> tuple[LikelihoodEstimate, bool]:
     """Two inputs; `expected` (1, n) are the most likely normals across the lines."""
     low, high = float(expected.min()) - _MARGIN, float(expected.max()) + _MARGIN
     across = np.linspace(low, high, 4 * math.ceil((high - low) / (4 * step)) + 1)
     log_weight = -0.5 * across**2 - 0.5 * math.log(2 * math.pi) + math.log(across[1] - across[0])
     by_rule = []
     for every in (4, 2, 1):
-        some = across[::every]
-        by_rule.append(_densities(target, Lines(np.tile(along, (len(some), 1)), some[:, None],
+        places = across[::every]
+        by_rule.append(_densities(target, Lines(np.tile(along, (len(places), 1)), places[:, None],
                                                 log_weight[::every] + math.log(every), rotation)))
     first, second = (abs(float(_change(before[0], after[0]).sum())) for before, after in pairwise(by_rule))
     correction, remaining = _extrapolation(by_rule[-1])
@@ -171,7 +171,7 @@ def _extrapolation(by_step: np.ndarray) -> tuple[np.ndarray, float]:
     return correction, abs(float(difference.sum()))
 
 
-def _drawn(along: np.ndarray, rotation: np.ndarray, expected: np.ndarray, count: int, seed: int) -> Lines:
+def _draw_lines(along: np.ndarray, rotation: np.ndarray, expected: np.ndarray, count: int, seed: int) -> Lines:
     """Lines through points drawn about the expected normals (n, d - 1), weighted by phi / q."""
     places, normals = _sobol(len(rotation), count, seed)
     across = expected[(places * len(expected)).astype(int)] + normals
@@ -188,7 +188,7 @@ def _sobol(dimension: int, count: int, seed: int) -> tuple[np.ndarray, np.ndarra
     return uniform[:, 0], scipy.special.ndtri(np.clip(uniform[:, 1:], 1e-12, 1 - 1e-12))
 
 
-def _linear(target: Target, rules: list[Lines]) -> tuple[np.ndarray, np.ndarray]:
+def _linear_control(target: Target, rules: list[Lines]) -> tuple[np.ndarray, np.ndarray]:
     """log10 p (n,) of the linear model, and its integrals (r, n) by the rules."""
     def log10_normal(residual: np.ndarray, variance: np.ndarray) -> np.ndarray:
         return np.asarray((-0.5 * residual**2 / variance - 0.5 * np.log(2 * np.pi * variance)) / _LN10 - 3.0)

@@ -8,8 +8,8 @@ from scipy.linalg import block_diag, toeplitz
 
 from slipstick.blocks.sensor_noise import sensor_noise
 from slipstick.calibration import noise, random_effects
-from slipstick.calibration.identification import undetermined
-from slipstick.calibration.linearised import neighbouring
+from slipstick.calibration.identification import find_undetermined
+from slipstick.calibration.linearised import neighbour_products
 from slipstick.calibration.random_effects import Engagements
 
 MEAN, SCATTER = np.array([1.0, 0.9, 1.1]), np.array([0.02, 0.0, 0.05])
@@ -61,7 +61,7 @@ def test_the_three_products_give_the_inverse_covariance_of_autoregressive_noise(
     rng, rho = np.random.default_rng(5), 0.6
     rows, counted = rng.normal(size=(1, 2, 30)), np.ones((1, 30), bool)
     counted[0, 11:16] = False  # a gap: the two parts are independent
-    products, counts = neighbouring(rows, counted)
+    products, counts = neighbour_products(rows, counted)
     weights = noise.Noise(np.array([0.3]), np.array([rho])).weights[0]
     covariance = 0.09 * block_diag(toeplitz(rho ** np.arange(11)), toeplitz(rho ** np.arange(14)))
     kept = rows[0][:, counted[0]]
@@ -75,8 +75,8 @@ def test_noise_and_its_correlation_are_estimated_also_through_a_coarse_resolutio
     series = rng.normal(size=(60, 1000))
     for k in range(1, 1000):
         series[:, k] = rho * series[:, k - 1] + np.sqrt(1 - rho**2) * series[:, k]
-    products, counts = neighbouring(series[:, None], np.ones((60, 1000), bool))
-    fitted = noise.most_likely(products[:, :, 0, 0].sum(axis=1)[None], counts.sum(axis=1)[None])
+    products, counts = neighbour_products(series[:, None], np.ones((60, 1000), bool))
+    fitted = noise.fit_noise(products[:, :, 0, 0].sum(axis=1)[None], counts.sum(axis=1)[None])
     assert fitted.std[0] == pytest.approx(1, rel=0.02)
     assert fitted.correlation[0] == pytest.approx(rho, abs=0.02)
     smooth = 50 * np.sin(np.arange(1000) / 100)
@@ -90,7 +90,7 @@ def test_a_direction_without_information_is_held_and_has_the_variance_of_the_bou
     off = np.eye(3) - np.outer(along, along)
     blind = replace(some, information=off @ some.information @ off, pull=some.pull @ off)
     variance = np.array([4e-4, 4e-4, 1e-3])
-    held = undetermined(random_effects.marginals(blind, variance)[0].sum(axis=0), blind.known)
+    held = find_undetermined(random_effects.marginals(blind, variance)[0].sum(axis=0), blind.known)
     assert held.shape == (3, 1)
     np.testing.assert_allclose(held[:, 0] / np.linalg.norm(held), np.sign(held[0, 0]) * along, atol=1e-6)
     found = random_effects.predicted(replace(blind, held=held), variance)
@@ -108,8 +108,8 @@ def test_a_direction_without_information_is_held_and_has_the_variance_of_the_bou
 def test_every_direction_is_determined_where_the_engagements_say_more_than_the_bounds() -> None:
     some, variance = engagements(3), np.full(3, 1e-3)
     total = random_effects.marginals(some, variance)[0].sum(axis=0)
-    assert undetermined(total, some.known).shape == (3, 0)
-    assert undetermined(total * 1e-9, some.known).shape == (3, 3)
+    assert find_undetermined(total, some.known).shape == (3, 0)
+    assert find_undetermined(total * 1e-9, some.known).shape == (3, 3)
 
 
 def test_a_variance_of_which_nothing_is_told_stays_and_has_the_error_of_its_range() -> None:

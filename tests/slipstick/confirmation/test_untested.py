@@ -18,7 +18,7 @@ from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
 from slipstick.recordings import Recordings
 from slipstick.studies import StudySettings, conclude, examine
-from slipstick.studies.untested import untested
+from slipstick.studies.untested import examine_untested
 from tests.benches import HEAVY, NOMINAL
 from tests.slipstick.confirmation.conftest import recorded
 
@@ -91,7 +91,7 @@ def test_wrong_effects_do_not_explain_it(speed: SimulationFit) -> None:
 
 
 def test_nothing_is_looked_for_where_nothing_is_missing() -> None:
-    rest = untested(StudySettings(), fitted(only(NOMINAL, "output_speed")))
+    rest = examine_untested(StudySettings(), fitted(only(NOMINAL, "output_speed")))
     assert {one.name for one in rest.closed} == {"valve", "contact", "clutch", "load", "input", "lock"}
     assert (rest.misfits, rest.explanations, rest.times) == ([], [], [])
 

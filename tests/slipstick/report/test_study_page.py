@@ -388,7 +388,7 @@ def test_the_section_states_the_provenance_of_its_numbers(
 
 def test_without_fits_the_section_has_instructions(reading: Callable[[str], Any]) -> None:
     text = reading(same_fit(LINKED, RESULT, None, "")).text
-    for phrase in ("GET /v1/studies/mine/model?which=before", "worker build --bench BENCH --model", "POST /v1/fits",
+    for phrase in ("GET /v1/studies/mine/model?which=before", "slipstick build --bench BENCH --model", "POST /v1/fits",
                    "/v1/studies/mine/report?before=FIT&after=FIT"):
         assert phrase in text
     assert "/v1/studies/ID/report" in same_fit({"id": "mine"}, RESULT, None, "")

@@ -13,7 +13,7 @@ from slipstick.studies.confidence import (
     Evidence,
     are_reported,
     confidence,
-    counted,
+    count_right,
     evidence_of,
     read_findings,
     share_of,
@@ -126,9 +126,9 @@ def test_evidence_predicts_the_findings_of_other_groups_better_than_their_share_
 
 
 def test_every_finding_is_counted_in_one_band() -> None:
-    each = [counted((low + high) / 2) for low, high in pairwise(BANDS)]
+    each = [count_right((low + high) / 2) for low, high in pairwise(BANDS)]
     assert [(one.lower, one.upper) for one in each] == list(pairwise(BANDS))
     rows = [is_right for its in read_findings().values() for _, is_right in its]
     assert sum(one.of for one in each) == len(rows)
     assert sum(one.right for one in each) == sum(rows)
-    assert counted(1.0) == each[-1]
+    assert count_right(1.0) == each[-1]

@@ -162,9 +162,9 @@ def reports(signals: tuple[str, ...], *asked: Asked) -> list[StudyProgress]:
     found: list[StudyProgress] = []
     its = StudySteps(signals, found.append)
     for one in asked:
-        its.asked(one)
-    its.confirming("fit", "Fitting")
-    its.confirming("predict", "Predicting")
+        its.report_naming(one)
+    its.report_confirming("fit", "Fitting")
+    its.report_confirming("predict", "Predicting")
     return found
 
 

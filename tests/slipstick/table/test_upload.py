@@ -55,10 +55,10 @@ def test_a_difference_and_a_crash_would_be_seen(plain: bytes, monkeypatch: pytes
 
 
 def test_the_child_process_reads_the_same(plain: bytes) -> None:
-    digest, written = upload.verified(plain)
+    digest, written = upload.verify(plain)
     assert upload.read(written).digest == digest == upload.read(plain).digest
     with pytest.raises(RefusedTable, match="damaged"):
-        upload.verified(plain[:-100])
+        upload.verify(plain[:-100])
 
 
 @pytest.mark.parametrize(("edit", "says"), [

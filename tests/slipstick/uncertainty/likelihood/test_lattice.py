@@ -172,11 +172,11 @@ def test_a_sufficient_lattice_is_accurate_for_a_linear_model_and_coarser_than_a_
     direction, noise, measured = np.array([0.6, 0.8]), 0.015, random.normal(0.5, 0.03, 40)
     scatter = np.sqrt(noise**2 + np.sum(slopes**2, axis=0))
     expected = slopes * (measured - 0.5) / scatter**2
-    points = lattice.sufficient(slopes, direction, noise, expected, 1 << 12)
+    points = lattice.sufficient_lattice(slopes, direction, noise, expected, 1 << 12)
     assert points is not None
     density = lattice.log10_density(points, 0.5 + points.normals @ slopes, measured, noise)
     np.testing.assert_allclose(density, norm.logpdf(measured, 0.5, scatter) / np.log(10) - 3, atol=1e-5)
-    assert lattice.sufficient(slopes, direction, noise / 100, expected, 1 << 12) is None
+    assert lattice.sufficient_lattice(slopes, direction, noise / 100, expected, 1 << 12) is None
 
 
 def test_a_time_far_from_the_predicted_ones_is_integrated() -> None:

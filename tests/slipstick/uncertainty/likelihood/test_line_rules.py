@@ -11,7 +11,7 @@ from scipy.special import logsumexp, roots_hermitenorm, roots_legendre
 from scipy.stats import multivariate_normal, norm
 
 from slipstick.uncertainty import Inputs
-from slipstick.uncertainty.likelihood.line_rules import WINDOW, along, knotted
+from slipstick.uncertainty.likelihood.line_rules import WINDOW, along, knotted_lines
 from slipstick.uncertainty.likelihood.lines import Lines, log10_density
 
 KNOTS = (np.array([0.5, 0.7, 0.9, 0.96, 1.0, 1.05, 1.2, 1.5]), np.array([0.5, 0.8, 1.0, 1.1, 1.3, 1.5]))
@@ -91,7 +91,7 @@ def test_knotted_lines_integrate_the_table_itself(pair: str) -> None:
     """The error is about 10^-4 decades for inputs that are not normal, because they are not linear in their scores."""
     inputs, model, noise = Inputs([1.01, 1.03], **PAIRS[pair]), table(), 0.005
     times = measured(inputs, model)
-    quadrature = knotted(inputs, KNOTS, slopes(inputs, model), noise, 8.0)
+    quadrature = knotted_lines(inputs, KNOTS, slopes(inputs, model), noise, 8.0)
     tolerance = 3e-4 if "families" in PAIRS[pair] else 1e-5
     np.testing.assert_allclose(by_lines(quadrature, inputs, model, times, noise),
                                by_quadrature(inputs, model, times, noise), atol=tolerance)
@@ -105,7 +105,7 @@ def test_knotted_lines_of_one_input() -> None:
     def model(points: np.ndarray) -> np.ndarray:
         return np.interp(points, KNOTS[0], values) * np.ones(len(times))
 
-    quadrature = knotted(inputs, KNOTS[:1], slopes(inputs, model), noise, 8.0)
+    quadrature = knotted_lines(inputs, KNOTS[:1], slopes(inputs, model), noise, 8.0)
     nodes, weights = pieces(-9.0, 9.0, inputs.scores(0, KNOTS[0]), 0.02)
     logs = norm.logpdf(1e3 * times, 1e3 * model(inputs.at_scores(nodes[:, None])), 1e3 * noise)
     expected = logsumexp(logs + (norm.logpdf(nodes) + np.log(weights))[:, None], axis=0) / np.log(10)
@@ -116,7 +116,7 @@ def test_an_input_with_a_std_of_zero_is_the_limit_of_a_small_std() -> None:
     model, times = table(), np.array([0.45, 0.5, 0.52])
     for std in ([0.05, 0.0], [0.0, 0.05]):
         fixed, narrow = (
-            by_lines(knotted(inputs, KNOTS, slopes(inputs, model), 0.004, 8.0), inputs, model, times, 0.004)
+            by_lines(knotted_lines(inputs, KNOTS, slopes(inputs, model), 0.004, 8.0), inputs, model, times, 0.004)
             for inputs in (Inputs([1.01, 1.03], std), Inputs([1.01, 1.03], np.maximum(std, 1e-9))))
         np.testing.assert_allclose(fixed, narrow, atol=1e-6)
 
@@ -125,7 +125,7 @@ def test_an_input_with_a_std_of_zero_is_the_limit_of_a_small_std() -> None:
 def test_the_weights_of_knotted_lines_sum_to_one(pair: str) -> None:
     """For constant times and a residual of 0, the integral is the peak of the noise density."""
     inputs = Inputs([1.01, 1.03], **PAIRS[pair])
-    quadrature = knotted(inputs, KNOTS, slopes(inputs, table()), 0.01, 8.0)
+    quadrature = knotted_lines(inputs, KNOTS, slopes(inputs, table()), 0.01, 8.0)
     flat = np.zeros((quadrature.breakpoints.size, 1))
     peak = norm.logpdf(0.0, scale=10.0) / np.log(10)
     np.testing.assert_allclose(log10_density(quadrature, flat, np.zeros(1), 0.01), peak, atol=1e-7)
