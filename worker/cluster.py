@@ -116,7 +116,7 @@ class Cluster(Executor):
         task.
         """
         answers: dict[str, Any] = self._client.run(function, on_error="return")
-        reached = {worker: one for worker, one in answers.items() if not isinstance(one, OSError)}
+        reached = {worker: answer for worker, answer in answers.items() if not isinstance(answer, OSError)}
         for worker, error in reached.items():
             if isinstance(error, Exception):  # whatever the import of another version raises
                 raise InvalidValue(f"The Dask worker {worker} cannot load Slipstick: {error}", _REMEDY)

@@ -60,8 +60,8 @@ def take_over(engine: Engine) -> list[str]:
     if ids:
         print(f"Took over {', '.join(ids)} from {', '.join(names)}", flush=True)
     with engine.begin() as connection:  # last: a worker killed before this line leaves the jobs to the next one
-        for one in names:
-            connection.execute(text(f"DELETE FROM slipstick_workers WHERE name = :name AND {is_dead}"), {"name": one})
+        for dead in names:
+            connection.execute(text(f"DELETE FROM slipstick_workers WHERE name = :name AND {is_dead}"), {"name": dead})
     return ids
 
 

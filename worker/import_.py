@@ -54,27 +54,29 @@ def run(arguments: argparse.Namespace) -> int:
     with ProgressLine(log=True) as line:
         done = iter(range(len(files) + 1))
         line.count(next(done), len(files), "files")
-        found = import_sources(_sources(files, mapping), mapping, bench, plan,
+        imported = import_sources(_sources(files, mapping), mapping, bench, plan,
                                lambda name: line.count(next(done), len(files), "files"))
-    print(report(found))
-    found.recordings.save(arguments.out)
+    print(report(imported))
+    imported.recordings.save(arguments.out)
     page.parent.mkdir(parents=True, exist_ok=True)
-    if found.recordings.signals is not None:
+    if imported.recordings.signals is not None:
         print("simulating one engagement for the page", file=sys.stderr)
     with replacing(page) as temporary:
-        temporary.write_text(imported_page(arguments.out.stem, found, bench, compare(found.recordings, bench)))
+        temporary.write_text(imported_page(arguments.out.stem, imported, bench, compare(imported.recordings, bench)))
     print(f"Wrote {arguments.out} and {page}: look at the pictures before you go on")
     return 0
 
 
-def report(found: Imported) -> str:
+def report(imported: Imported) -> str:
     """The import as plain text."""
-    lines = [f"{len(found.labels)} engagements imported, {len(found.set_aside)} set aside. {summary(found)}"]
-    lines += [f"  {one.name} <- {'-' if one.sign < 0 else ''}{one.channel} [{one.stated or 'unit not stated'}], "
-              f"{one.lowest:.4g} to {one.highest:.4g} {one.unit}" for one in found.channels]
-    for title, entries in (("Set aside", [f"{one.label}: {one.reason}" for one in found.set_aside]),
-                           ("Not determined", found.open_questions), ("Detected or assumed", found.remarks),
-                           ("Looks wrong", found.doubts)):
+    lines = [f"{len(imported.labels)} engagements imported, {len(imported.set_aside)} set aside. {summary(imported)}"]
+    lines += [f"  {channel.name} <- {'-' if channel.sign < 0 else ''}{channel.channel} "
+              f"[{channel.stated or 'unit not stated'}], {channel.lowest:.4g} to {channel.highest:.4g} {channel.unit}"
+              for channel in imported.channels]
+    set_aside = [f"{exclusion.label}: {exclusion.reason}" for exclusion in imported.set_aside]
+    for title, entries in (("Set aside", set_aside),
+                           ("Not determined", imported.open_questions), ("Detected or assumed", imported.remarks),
+                           ("Looks wrong", imported.doubts)):
         if entries:
             lines += [f"{title}:", *(f"  {entry}" for entry in entries[:_MOST_REMARKS])]
             if len(entries) > _MOST_REMARKS:
@@ -84,23 +86,23 @@ def report(found: Imported) -> str:
 
 def _files(given: Sequence[Path]) -> list[Path]:
     """The files, and those of folders, sorted by name; raises `BadRecording` on one that does not exist."""
-    found: list[Path] = []
+    measured: list[Path] = []
     for path in given:
         if path.is_dir():
-            inside = sorted(one for one in path.iterdir() if is_measurement(PurePath(one.name)))
+            inside = sorted(file for file in path.iterdir() if is_measurement(PurePath(file.name)))
             if not inside:
                 raise BadRecording(f"The folder '{path}' has no file of a known kind",
                                    f"Known are {', '.join(FORMATS)}; name files of other names one by one")
-            found += inside
+            measured += inside
         elif path.is_file():
-            found.append(path)
+            measured.append(path)
         else:
             raise BadRecording(f"There is no file '{path}'", "Check the name")
-    names = [path.name for path in found]
+    names = [path.name for path in measured]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise BadRecording(f"Two files are called '{twice}'", "Give each file a name of its own")
-    return found
+    return measured
 
 
 def _sources(files: Sequence[Path], mapping: ChannelMap) -> Iterator[Source]:

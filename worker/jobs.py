@@ -32,8 +32,8 @@ def compute(computers: Computers, step: Callable[..., dict[str, Any]], *argument
     queue = DBOS.list_workflows(workflow_ids=[id], load_input=False, load_output=False)[0].queue_name
 
     def require_wanted() -> None:
-        found = DBOS.list_workflows(workflow_ids=[id], load_input=False, load_output=False)
-        if not found or found[0].status == "CANCELLED":
+        listed = DBOS.list_workflows(workflow_ids=[id], load_input=False, load_output=False)
+        if not listed or listed[0].status == "CANCELLED":
             raise error.DBOSWorkflowCancelledError(f"The job {id} is cancelled")
 
     def report(progress: dict[str, Any]) -> None:

@@ -24,7 +24,7 @@ def name(library: Library, report: Report, order: Order) -> Checkpoint:
     """What the blocks of the model say is missing."""
     begin, task = clock_times(), _open(library, order)
     named = examine(task.settings, task.bench, task.recordings, _log(report),
-                    lambda found: report.keep({"named": found, **stage_times({}, "name", begin)}))
+                    lambda named: report.keep({"named": named, **stage_times({}, "name", begin)}))
     return {"named": named, **stage_times({}, "name", begin)}
 
 

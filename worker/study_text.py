@@ -23,10 +23,10 @@ def study_text(result: StudyResult, figures: Figures, settings: StudySettings) -
     return "\n\n".join(text for text in texts if text)
 
 
-def _section(one: parts.Section) -> str:
+def _section(section: parts.Section) -> str:
     """A heading and its parts; empty without any."""
-    body = [text for text in map(_part, one.parts) if text]
-    return "\n".join([one.title, *body]) if body else ""
+    body = [text for text in map(_part, section.parts) if text]
+    return "\n".join([section.title, *body]) if body else ""
 
 
 def _part(part: parts.Part) -> str:
