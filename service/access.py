@@ -39,24 +39,24 @@ class Access:
         if scope["type"] != "http":
             return await self.app(scope, receive, send)
 
-        async def sending(message: Message) -> None:
+        async def send_secured(message: Message) -> None:
             if message["type"] == "http.response.start":
                 message = {**message, "headers": [*message.get("headers", ()), *_SECURITY_HEADERS]}
             await send(message)
 
         headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
-        error = self._foreign(scope["method"], headers) or self._unauthorized(scope, headers)
+        error = self._check_origin(scope["method"], headers) or self._check_token(scope, headers)
         if error is None:
-            return await self.app(scope, receive, sending)
+            return await self.app(scope, receive, send_secured)
         # The body stays unread, so the connection cannot be reused.
         response = problem_details.problem_response(problem_details.problem_from(error), {"Connection": "close"})
         if isinstance(error, problem_details.TokenRequired):
             response.raw_headers.extend(_CHALLENGES)
-        return await response(scope, receive, sending)
+        return await response(scope, receive, send_secured)
 
-    def _foreign(self, method: str, headers: dict[bytes, str]) -> SlipstickError | None:
+    def _check_origin(self, method: str, headers: dict[bytes, str]) -> SlipstickError | None:
         host = headers.get(b"host", "")
-        if "*" not in self.hosts and _name(f"//{host}") not in self.hosts:
+        if "*" not in self.hosts and _host_name(f"//{host}") not in self.hosts:
             return problem_details.WrongHost(f"This service does not answer under the name '{host[:100]}'",
                                              "Use a name that SLIPSTICK_HOSTS lists on the server, or add this name")
         if method in READING:
@@ -68,7 +68,7 @@ class Access:
                                              "Send it from a program, or from the pages of this service")
         return None
 
-    def _unauthorized(self, scope: Scope, headers: dict[bytes, str]) -> SlipstickError | None:
+    def _check_token(self, scope: Scope, headers: dict[bytes, str]) -> SlipstickError | None:
         role = required_role(scope["method"], scope["path"])
         if self.tokens is None or role is None:
             return None
@@ -89,7 +89,7 @@ class Access:
             "Ask the administrator of the service for a token with this role")
 
 
-def _name(address: str) -> str | None:
+def _host_name(address: str) -> str | None:
     try:
         return urlsplit(address).hostname
     except ValueError:

@@ -40,4 +40,4 @@ def entries_csv(entries: Sequence[BaseModel], model: type[BaseModel], name: str)
 
 
 def _cell(value: Any) -> Any:
-    return " ".join(str(one) for one in value) if isinstance(value, list) else value
+    return " ".join(str(element) for element in value) if isinstance(value, list) else value

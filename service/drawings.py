@@ -34,14 +34,14 @@ class Drawings:
         Together with the function, `key` identifies the request; without one, nothing is kept. Raises `UnknownName`.
         """
         with self._lock:
-            found = self._kept.pop((function, *key), None)  # and inserted again below, as the newest
-            if found is None:
-                found = _CHILD.call(f"slipstick.report.made:{function}", _json(request()), UnknownName)
+            drawing = self._kept.pop((function, *key), None)  # and inserted again below, as the newest
+            if drawing is None:
+                drawing = _CHILD.call(f"slipstick.report.made:{function}", _json(request()), UnknownName)
             if key:
-                self._kept[function, *key] = found
+                self._kept[function, *key] = drawing
                 while sum(map(len, self._kept.values())) > self._most_bytes:
                     del self._kept[next(iter(self._kept))]
-        return found
+        return drawing
 
 
 def _json(request: Mapping[str, Any]) -> bytes:

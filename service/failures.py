@@ -22,13 +22,13 @@ class UnexpectedErrors:
         """Forward the request."""
         started = False
 
-        async def sending(message: Message) -> None:
+        async def send_watched(message: Message) -> None:
             nonlocal started
             started = started or message["type"] == "http.response.start"
             await send(message)
 
         try:
-            await self.app(scope, receive, sending)
+            await self.app(scope, receive, send_watched)
         except Exception:
             if scope["type"] != "http" or started:
                 raise  # a response that has begun cannot be replaced: the server closes the connection
@@ -47,10 +47,10 @@ class HeadRequests:
         if scope["type"] != "http" or scope["method"] != "HEAD":
             return await self.app(scope, receive, send)
 
-        async def without_body(message: Message) -> None:
+        async def send_without_body(message: Message) -> None:
             await send({**message, "body": b""} if message["type"] == "http.response.body" else message)
 
         # An endless response, such as a stream of events, has to know that nobody reads its body.
         inner = {**scope, "method": "GET", "slipstick.head": True}
-        await self.app(inner, receive, without_body)
+        await self.app(inner, receive, send_without_body)
         scope["route"] = inner.get("route")

@@ -75,12 +75,12 @@ class Following:
         now = asyncio.get_running_loop().time
         end = now() + min(seconds, self.seconds)
         while True:
-            yield await self._latest(key, read)
+            yield await self._read_latest(key, read)
             if self.ending() or now() >= end:
                 return
             await asyncio.sleep(max(0.0, min(_INTERVAL, end - now())))
 
-    async def _latest(self, key: str, read: Callable[[], _T]) -> _T:
+    async def _read_latest(self, key: str, read: Callable[[], _T]) -> _T:
         now = asyncio.get_running_loop().time()
         self._reads = {name: entry for name, entry in self._reads.items() if now - entry[0] < _INTERVAL / 2}
         if key not in self._reads:
@@ -114,12 +114,12 @@ class EventStream(StreamingResponse):
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Send the stream at a place of its own; HEAD gets the headers only."""
         if scope.get("slipstick.head"):
-            self.body_iterator = _nothing()
+            self.body_iterator = _no_events()
         with self.following.place():
             await super().__call__(scope, receive, send)
 
 
-async def _nothing() -> AsyncIterator[str]:
+async def _no_events() -> AsyncIterator[str]:
     return
     yield
 

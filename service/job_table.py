@@ -29,11 +29,11 @@ class JobTable:
     def count(self, workflow: str, wanted: JobFilter) -> int:
         """Return the number of wanted jobs of a kind."""
         with self._connect() as connection:
-            return int(connection.execute(self._wanted(sa.select(sa.func.count()), workflow, wanted)).scalar_one())
+            return int(connection.execute(self._select(sa.select(sa.func.count()), workflow, wanted)).scalar_one())
 
     def newest(self, workflow: str, wanted: JobFilter, limit: int, offset: int) -> list[str]:
         """Return the ids of wanted jobs of a kind, newest first."""
-        query = self._wanted(sa.select(_JOB.workflow_uuid), workflow, wanted)
+        query = self._select(sa.select(_JOB.workflow_uuid), workflow, wanted)
         ordered = query.order_by(_JOB.created_at.desc(), self._among_equals.desc())
         with self._connect() as connection:
             return list(connection.execute(ordered.limit(limit).offset(offset)).scalars())
@@ -41,7 +41,7 @@ class JobTable:
     def states(self, *among: str) -> list[tuple[str, str, str | None, int]]:
         """Return kind, state, queue and number of the jobs with equal ones, only `among` these states if given."""
         groups = (_JOB.name, _JOB.status, _JOB.queue_name)
-        query = sa.select(*groups, sa.func.count()).where(self._own).group_by(*groups)
+        query = sa.select(*groups, sa.func.count()).where(self._is_own).group_by(*groups)
         if among:
             query = query.where(_JOB.status.in_(among))
         with self._connect() as connection:
@@ -51,12 +51,13 @@ class JobTable:
         """Return the number of jobs that wait in a queue before the job `id`, which was `submitted` at a time in ms."""
         own = sa.select(self._among_equals).where(_JOB.workflow_uuid == id).scalar_subquery()
         before = sa.or_(_JOB.created_at < submitted, sa.and_(_JOB.created_at == submitted, self._among_equals < own))
-        query = sa.select(sa.func.count()).where(self._own, _JOB.queue_name == queue, _JOB.status == "ENQUEUED", before)
+        query = sa.select(sa.func.count()).where(self._is_own, _JOB.queue_name == queue, _JOB.status == "ENQUEUED",
+                                                 before)
         with self._connect() as connection:
             return int(connection.execute(query).scalar_one())
 
-    def _wanted(self, query: sa.Select[*_Columns], workflow: str, wanted: JobFilter) -> sa.Select[*_Columns]:
-        query = query.where(self._own, _JOB.name == workflow)
+    def _select(self, query: sa.Select[*_Columns], workflow: str, wanted: JobFilter) -> sa.Select[*_Columns]:
+        query = query.where(self._is_own, _JOB.name == workflow)
         if wanted.states is not None:
             query = query.where(_JOB.status.in_(wanted.states))
         if wanted.since is not None:
@@ -73,7 +74,7 @@ class JobTable:
         return sa.func.json_extract(_INPUT.inputs, f"$.positionalArgs[0].{name}")
 
     @property
-    def _own(self) -> sa.ColumnElement[bool]:
+    def _is_own(self) -> sa.ColumnElement[bool]:
         return sa.or_(_JOB.application_name == self.application, _JOB.application_name.is_(None))
 
     @property

@@ -120,7 +120,7 @@ def _without_budget(job_input: JobInput) -> JobInput:
 _J = TypeVar("_J", bound=Job)
 
 
-async def awaited(following: Following, request: Request, key: str, read: Callable[[], _J], seconds: int) -> _J:
+async def wait_for_end(following: Following, request: Request, key: str, read: Callable[[], _J], seconds: int) -> _J:
     """Return the job as soon as it has ended, or after `seconds` s; raises `Busy` if too many clients wait."""
     if seconds == 0:
         return await run_in_threadpool(read)

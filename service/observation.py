@@ -26,7 +26,7 @@ class Observed:
         id = request_ids.request_id(given)
         begin, status = time.perf_counter(), 0  # 0: the connection ended before the response
 
-        async def sending(message: Message) -> None:
+        async def send_observed(message: Message) -> None:
             nonlocal status
             if message["type"] == "http.response.start":
                 status = message["status"]
@@ -36,7 +36,7 @@ class Observed:
 
         token = request_ids.current.set(id)
         try:
-            await self.app(scope, receive, sending)
+            await self.app(scope, receive, send_observed)
         finally:
             seconds = time.perf_counter() - begin
             route = getattr(scope.get("route"), "path", "other")

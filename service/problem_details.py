@@ -181,7 +181,7 @@ def problem_from(error: errors.SlipstickError) -> ProblemDetails:
     listed = next(base for base in type(error).__mro__ if base in _STATUS)
     name = type(error).__name__
     return ProblemDetails(type=_urn(name), title=_TITLES.get(type(error), _in_words(name)), status=_STATUS[listed],
-                          detail=_shortened(error.cause), remedy=_shortened(error.remedy))
+                          detail=_shorten(error.cause), remedy=_shorten(error.remedy))
 
 
 def install(app: FastAPI) -> None:
@@ -275,7 +275,7 @@ def _on_database_error(request: Request, error: Exception) -> Response:
     return problem_response(problem_from(DATABASE_ERROR))
 
 
-def _shortened(text: str) -> str:
+def _shorten(text: str) -> str:
     """A text of at most `_LONGEST_TEXT` characters: a message quotes what the client sent, which may be megabytes."""
     return text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]} ..."
 

@@ -38,21 +38,21 @@ def form(request: Request, format: Form | None) -> Form:
     return format or preferred(request.headers.get("accept", ""), _ACCEPTED)
 
 
-def drawable(body: "PropagateRequest", conditions: int) -> "PropagateRequest":
+def require_drawable(body: "PropagateRequest", conditions: int) -> "PropagateRequest":
     """The request with densities, which do not exist without output noise; raises `TooLarge` for many `conditions`."""
     require_size(conditions, propagation.MOST, "conditions in a picture", "Select conditions, or request JSON")
     points = 0 if body.output_std == 0 else body.density_points or DENSITY_POINTS
     return body.model_copy(update={"density_points": points, "coefficients": False})
 
 
-def tabulated(result: Propagation) -> Response:
+def csv_of_propagation(result: Propagation) -> Response:
     """The result as CSV with a row for each condition, without densities and coefficients."""
     return csv_response(result.columns, "propagation")
 
 
-def drawn(drawings: Drawings, result: Propagation, form: Form) -> Response:
+def draw_propagation(drawings: Drawings, result: Propagation, form: Form) -> Response:
     """The result as a picture or a page."""
     given = {"kind": "propagation", "answer": {**result.answer, "output": result.output}, "request": result.request,
              "conditions": result.condition_columns, "name": PROPAGATION, "form": form}
-    made = drawings.made("page" if form == "html" else "picture", lambda: given)
-    return Response(made, media_type=_MEDIA_TYPES[form], headers={"Vary": "Accept"})
+    drawing = drawings.made("page" if form == "html" else "picture", lambda: given)
+    return Response(drawing, media_type=_MEDIA_TYPES[form], headers={"Vary": "Accept"})

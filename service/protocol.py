@@ -33,7 +33,7 @@ class Connection(H11Protocol):
             self._close_later()
         super().data_received(data)
         if self.cycle is not None and not self.cycle.response_complete:
-            self._in_time()
+            self._cancel_deadline()
 
     def pause_writing(self) -> None:
         """Wait for a client that reads slowly."""
@@ -43,11 +43,11 @@ class Connection(H11Protocol):
     def resume_writing(self) -> None:
         """The client has read."""
         super().resume_writing()
-        self._in_time()
+        self._cancel_deadline()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """End all waiting."""
-        self._in_time()
+        self._cancel_deadline()
         super().connection_lost(exc)
 
     def send_400_response(self, msg: str) -> None:
@@ -62,11 +62,11 @@ class Connection(H11Protocol):
         self.transport.close()
 
     def _close_later(self) -> None:
-        self._in_time()
+        self._cancel_deadline()
         # `abort`, because `close` would wait until the client has read what is written.
         self.deadline = self.loop.call_later(self.seconds, self.transport.abort)
 
-    def _in_time(self) -> None:
+    def _cancel_deadline(self) -> None:
         if self.deadline is not None:
             self.deadline.cancel()
             self.deadline = None

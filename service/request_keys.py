@@ -30,7 +30,7 @@ def _keys(request: Request, place: Sequence[str | int]) -> set[str]:
         # A part that names no property, such as the alternative that pydantic has tried, leaves the place as it is.
         inner = [schema["items"] if isinstance(part, int) else schema["properties"][part] for schema in schemas
                  if ("items" in schema if isinstance(part, int) else part in schema.get("properties", {}))]
-        schemas = [found for schema in inner for found in _alternatives(document, schema)] or schemas
+        schemas = [alternative for schema in inner for alternative in _alternatives(document, schema)] or schemas
     return {key for schema in schemas for key in schema.get("properties", {})}
 
 

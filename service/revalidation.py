@@ -35,7 +35,7 @@ class Revalidation:
         text = "\0".join((__version__, *address, *content))
         tag = f'W/"{hashlib.sha256(text.encode()).hexdigest()[:32]}"'
         self.request.state.headers = {"ETag": tag, "Cache-Control": "private, no-cache", "Vary": "Accept"}
-        known = {one.strip().removeprefix("W/") for one in self.request.headers.get("if-none-match", "").split(",")}
+        known = {etag.strip().removeprefix("W/") for etag in self.request.headers.get("if-none-match", "").split(",")}
         if known & {tag.removeprefix("W/"), "*"}:
             raise NotModified
 

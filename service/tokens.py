@@ -82,11 +82,11 @@ class Tokens:
     def caller(self, authorization: str) -> Caller | None:
         """Return the owner of the token in the header Authorization, or None; raises `BadTokens`."""
         self.read()
-        digest, found = _digest(_token_of(authorization)).encode(), None
+        digest, owner = _digest(_token_of(authorization)).encode(), None
         for known, caller in self.callers:  # all of them: the time of the answer tells nothing about the token
             if hmac.compare_digest(known, digest):
-                found = caller
-        return found
+                owner = caller
+        return owner
 
     def read(self) -> None:
         """Read the file if it has changed; raises `BadTokens`."""

@@ -1,5 +1,6 @@
 """The wheel: complete, without a package that is named `service` or `worker`, and enough without the repository."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -141,6 +142,13 @@ within = (spread.mean > table.times.min(axis=(0, 1))) & (spread.mean < table.tim
 print(bool(np.all(within & (spread.std > 0))))
 """
     assert run("python", "-c", code).stdout.split("\n")[:3] == ["heavy compact 54", "2 2 2", "True"]
+
+
+def test_the_quickstart_runs_without_the_repository(run: Run) -> None:
+    cells = json.loads((ROOT / "docs" / "quickstart.ipynb").read_text())["cells"]
+    code = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
+    kept = ["".join(shown["text"]) for cell in cells for shown in cell.get("outputs", ()) if "text" in shown]
+    assert run("python", "-c", code).stdout == "".join(kept)
 
 
 def test_the_command_makes_a_table_in_any_folder(run: Run) -> None:

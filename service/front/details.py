@@ -19,34 +19,35 @@ _MOST = 1000
 """Maximum number of conditions on a page."""
 
 
-def table_page(name: str, found: Table, about: str) -> str:
+def table_page(name: str, shown_table: Table, about: str) -> str:
     """Return the content of the page of a table; `about` is a sentence on it."""
     axes = [(in_words(axis.name), f"{axis.nominal:g}", axis.unit, f"{axis.values[0]:g} to {axis.values[-1]:g}",
-             str(len(axis.values))) for axis in found.axes]
+             str(len(axis.values))) for axis in shown_table.axes]
     return _page("Table", name, about, f"/v1/tables/{name}", [
         section("Axes", table(("parameter", "nominal value", "unit", "range [multiples]", "points"), axes, {2})),
-        section("Conditions", _conditions(found.conditions)),
-        section("Origin", definitions([("computed by", found.origin), ("digest", found.digest),
-                                       ("digest of the model", found.model.digest)]))])
+        section("Conditions", _conditions(shown_table.conditions)),
+        section("Origin", definitions([("computed by", shown_table.origin), ("digest", shown_table.digest),
+                                       ("digest of the model", shown_table.model.digest)]))])
 
 
-def recordings_page(name: str, found: Recordings | Measurements, about: str) -> str:
+def recordings_page(name: str, recordings: Recordings | Measurements, about: str) -> str:
     """Return the content of the page of recordings."""
-    output = "shifting time [s]" if isinstance(found, Recordings) else f"{found.output.name} [{found.output.unit}]"
+    output = "shifting time [s]" if isinstance(recordings, Recordings) else \
+        f"{recordings.output.name} [{recordings.output.unit}]"
     return _page("Recordings", name, about, f"/v1/recordings/{name}", [
-        section("Engagements", _conditions(found.conditions, {output: found.measured_time.tolist()})),
-        section("Origin", definitions([("digest", found.digest)]))])
+        section("Engagements", _conditions(recordings.conditions, {output: recordings.measured_time.tolist()})),
+        section("Origin", definitions([("digest", recordings.digest)]))])
 
 
-def bench_page(name: str, found: Bench, about: str) -> str:
+def bench_page(name: str, bench: Bench, about: str) -> str:
     """Return the content of the page of a bench."""
     rows = [(entry.meaning, f"{value:.6g}", entry.unit, entry.name)
-            for entry, value in zip(parameters.PARAMETERS, found.physics.nominal, strict=True)]
+            for entry, value in zip(parameters.PARAMETERS, bench.physics.nominal, strict=True)]
     return _page("Bench", name, about, f"/v1/benches/{name}", [
         section("Parameters", table(("parameter", "nominal value", "unit", "name"), rows, {2, 3})),
-        section("Conditions", _conditions(found.conditions)),
-        section("Origin", paragraph(found.source.strip()), definitions([
-            ("digest", found.digest), ("digest of sensors and priors", found.sensing_digest)]))])
+        section("Conditions", _conditions(bench.conditions)),
+        section("Origin", paragraph(bench.source.strip()), definitions([
+            ("digest", bench.digest), ("digest of sensors and priors", bench.sensing_digest)]))])
 
 
 def _page(kind: str, name: str, about: str, address: str, sections: Iterable[str]) -> str:

@@ -51,12 +51,13 @@ def _range(axis: Axis) -> str:
 
 def about_recordings(library: Library, name: str) -> str:
     """Return what recordings hold, in a sentence."""
-    found = library.measured(name)
-    if isinstance(found, Measurements):
-        return f"{plural(len(found), 'measurement')} of {in_words(found.output.name)} in {found.output.unit}"
-    signals = "without signals" if found.signals is None else "with signals"
-    description = f". {found.description}" if found.description else ""
-    return f"{plural(len(found), 'engagement')} {signals}{description}"
+    recordings = library.measured(name)
+    if isinstance(recordings, Measurements):
+        output = recordings.output
+        return f"{plural(len(recordings), 'measurement')} of {in_words(output.name)} in {output.unit}"
+    signals = "without signals" if recordings.signals is None else "with signals"
+    description = f". {recordings.description}" if recordings.description else ""
+    return f"{plural(len(recordings), 'engagement')} {signals}{description}"
 
 
 def about_bench(library: Library, name: str) -> str:

@@ -51,45 +51,45 @@ class Jobs:
             f'<p class="counts"><span class="dot {"on" if alive else "off"}"></span>{plural(alive, "worker")} alive · '
             f"{running} running · {waiting} waiting</p>",
             _NO_WORKER if active and not alive else "", steps,
-            group("Jobs", [_active(job) for job in active], "No job is running or waiting.",
-                  *_hidden(running + waiting - len(active))),
-            self._ended(self.studies, "Studies", count), self._ended(self.fits, "Fits", count)])
+            group("Jobs", [_active_entry(job) for job in active], "No job is running or waiting.",
+                  *_links_to_hidden(running + waiting - len(active))),
+            self._list_ended(self.studies, "Studies", count), self._list_ended(self.fits, "Fits", count)])
 
-    def _ended(self, store: JobStore, title: str, count: int) -> str:
+    def _list_ended(self, store: JobStore, title: str, count: int) -> str:
         jobs = store.newest(count + 1, 0, JobFilter(status=ENDED))
         make = studies.without_progress if store is self.studies else fits.without_progress
         older = Link(f"Show more {title.lower()}", f"/?count={min(1000, 2 * count)}#{title.lower()}")
-        return group(title, [_ended(store, make(store, job)) for job in jobs[:count]],
+        return group(title, [_ended_entry(store, make(store, job)) for job in jobs[:count]],
                      f"No {store.workflow} has ended yet.",
                      *([older] if len(jobs) > count else []), *listings(store.address))
 
 
-def _hidden(count: int) -> list[Link]:
+def _links_to_hidden(count: int) -> list[Link]:
     """Links to the lists with the jobs that wait, if `count` of them are not on the page."""
     return [Link(f"{plural(count, 'more job')}: fits that wait", "/v1/fits?status=queued"),
             Link("studies that wait", "/v1/studies?status=queued")] if count > 0 else []
 
 
-def _subject(job: Fit | Study) -> str:
+def _describe_subject(job: Fit | Study) -> str:
     if isinstance(job, Study):
         return f"Study of “{job.recordings}” on the bench {job.bench}"
     model = f"of the simulator at the values of {job.table}" if job.simulate else f"of the table {job.table}"
     return f"Fit of {listed([in_words(name) for name in job.parameters])} {model} to “{job.recordings}”"
 
 
-def _active(job: Active) -> Entry:
+def _active_entry(job: Active) -> Entry:
     links = [Link("Status as JSON", job.links["self"])]
-    return Entry(job.id, job.links["self"], _subject(job), job.status, _doing(job), links)
+    return Entry(job.id, job.links["self"], _describe_subject(job), job.status, _describe_progress(job), links)
 
 
-def _doing(job: Active) -> str:
+def _describe_progress(job: Active) -> str:
     """Progress in words, and as a bar where the share that is done is known."""
     left = None if job.progress is None else job.progress.budget_left
-    return _stage(job) + ("" if left is None or job.status != "running" else
-                          paragraph(f"{_rounded(left)} of the time budget left", "doing"))
+    return _describe_stage(job) + ("" if left is None or job.status != "running" else
+                                   paragraph(f"{_round_seconds(left)} of the time budget left", "doing"))
 
 
-def _stage(job: Active) -> str:
+def _describe_stage(job: Active) -> str:
     if job.status == "queued":
         place = "Next in its queue" if job.ahead == 0 else f"{plural(job.ahead or 0, 'job')} before it in its queue"
         return paragraph(place, "doing")
@@ -97,7 +97,7 @@ def _stage(job: Active) -> str:
         case StudyProgress(step=step, steps=steps, done=done, doing=doing):
             return _bar(f"Steps of {job.id}", done) + paragraph(f"Step {step} of {steps}. {doing}", "doing")
         case FitProgress(stage="search", done=done, seconds_left=left):
-            rest = "" if left is None else f", at most {_rounded(left)} left"
+            rest = "" if left is None else f", at most {_round_seconds(left)} left"
             return _bar(f"Search of {job.id}", done) + paragraph(f"Searching: {_percent(done)}{rest}", "doing")
         case FitProgress(stage=stage):
             return paragraph(f"Search complete, {_STAGES[stage]}", "doing")
@@ -112,16 +112,16 @@ def _percent(share: float) -> str:
     return f"{100 * share:.0f} %"
 
 
-def _rounded(seconds: float) -> str:
+def _round_seconds(seconds: float) -> str:
     """Return a time that is an estimate: whole seconds, minutes from two on, tenths of hours."""
     if seconds < 120:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
 
 
-def _ended(store: JobStore, job: Fit | Study) -> Entry:
+def _ended_entry(store: JobStore, job: Fit | Study) -> Entry:
     address = job.links["self"]
-    about = f"{_subject(job)}, {moment(job.ended)}"
+    about = f"{_describe_subject(job)}, {moment(job.ended)}"
     if job.status != "done":
         cause = paragraph(str(store.find(job.id).error), "doing") if job.status == "failed" else ""
         return Entry(job.id, address, about, job.status, cause, [Link("Status as JSON", address)])

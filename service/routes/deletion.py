@@ -47,18 +47,18 @@ def delete_recordings(name: RecordingsNamePath, library: LibraryDependency, fits
 
 
 def _require_unused(name: str, users: JobFilter, force: bool, *stores: JobStore) -> None:
-    count, example = _used_by(replace(users, status=ACTIVE), stores)
+    count, example = _count_users(replace(users, status=ACTIVE), stores)
     if count:
         raise Conflict(f"'{name}' is in use by {count} queued or running jobs, such as {example}",
                        "Cancel these jobs first, or wait until they have ended")
-    count, example = _used_by(replace(users, status=["done"]), stores)
+    count, example = _count_users(replace(users, status=["done"]), stores)
     if count and not force:
         raise Conflict(f"There are results of {count} finished jobs with '{name}', such as {example}",
                        f"Delete these jobs first (DELETE {example}), or repeat the request with ?force=true, which "
                        "keeps the results")
 
 
-def _used_by(users: JobFilter, stores: Sequence[JobStore]) -> tuple[int, str]:
+def _count_users(users: JobFilter, stores: Sequence[JobStore]) -> tuple[int, str]:
     """Return the number of jobs and the address of one of them, empty if there is none."""
     examples = (f"{store.address}/{job.workflow_id}" for store in stores for job in store.newest(1, 0, users))
     return sum(store.total(users) for store in stores), next(examples, "")

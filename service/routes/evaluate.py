@@ -139,7 +139,7 @@ async def evaluate(request: Request, query: Annotated[NpyQuery, Query()]) -> Res
     library: Library = request.app.state.library
     if len(body) <= _SHORT:
         options, points = _read(media_type, body, query)
-        if (table := _quick(options, len(points), library)) is not None:
+        if (table := _find_quick_table(options, len(points), library)) is not None:
             return _answer(request, query, options, points, table)
 
     def answer() -> Response:
@@ -149,7 +149,7 @@ async def evaluate(request: Request, query: Annotated[NpyQuery, Query()]) -> Res
     return await compute(lambda _: run_in_threadpool(answer), request, request.app.state.computations)
 
 
-def _quick(options: EvaluateOptions, points: int, library: Library) -> Table | None:
+def _find_quick_table(options: EvaluateOptions, points: int, library: Library) -> Table | None:
     """The table, if the answer takes less time than the way into a thread, so that it holds up no other request.
 
     It takes no place among the computations either: to watch whether the client is gone would take as long.
@@ -179,7 +179,7 @@ def _answer(request: Request, query: NpyQuery, options: EvaluateOptions, points:
     require_size(len(points) * len(conditions), settings.array_values if as_npy else settings.answer_values,
                  "shifting times", "Send fewer points per request, or select conditions" if as_npy else
                  "Send fewer points per request, select conditions, or request .npy")
-    points = points if isinstance(points, np.ndarray) else _checked(points)
+    points = points if isinstance(points, np.ndarray) else _check_points(points)
     times = selected.interpolate(points, options.outside)
     outside = count_outside(table.axes, points)
     headers = {"Slipstick-Table-Digest": table.digest, "Slipstick-Points-Outside": str(outside)}
@@ -189,11 +189,11 @@ def _answer(request: Request, query: NpyQuery, options: EvaluateOptions, points:
         return npy.response(times, headers)
     return json_response({"table": options.table, "table_digest": table.digest, "axes": AxisUnit.of(table),
                           "outside": options.outside, "points_outside": outside, "conditions": conditions,
-                          "described": _described(table, conditions) if options.describe else None,
+                          "described": _describe_conditions(table, conditions) if options.describe else None,
                           "shifting_time": times}, headers)
 
 
-def _described(table: Table, conditions: list[int]) -> list[str]:
+def _describe_conditions(table: Table, conditions: list[int]) -> list[str]:
     words = descriptions(table.conditions)
     return [words[number] for number in conditions]
 
@@ -221,12 +221,12 @@ def _parse(content: bytes) -> tuple[EvaluateOptions, list[Any]]:
     except orjson.JSONDecodeError as error:
         raise MalformedBody.from_parser_message(error.msg) from error
     if not isinstance(body, dict) or not isinstance(points := body.get("points"), list):
-        return _validated(EvaluateRequest, body), []
-    return _validated(EvaluateOptions, {name: value for name, value in body.items() if name != "points"}), points
+        return _validate(EvaluateRequest, body), []
+    return _validate(EvaluateOptions, {name: value for name, value in body.items() if name != "points"}), points
 
 
-def _checked(points: list[Any]) -> np.ndarray:
-    checked = _validated(EvaluateRequest, {"points": points}).points
+def _check_points(points: list[Any]) -> np.ndarray:
+    checked = _validate(EvaluateRequest, {"points": points}).points
     columns = len(checked[0])
     ragged = next((row for row, point in enumerate(checked) if len(point) != columns), None)
     if ragged is not None:
@@ -235,7 +235,7 @@ def _checked(points: list[Any]) -> np.ndarray:
     return np.array(checked)
 
 
-def _validated(model: type[_Body], body: object) -> _Body:
+def _validate(model: type[_Body], body: object) -> _Body:
     try:
         return model.model_validate(body)
     except ValidationError as error:

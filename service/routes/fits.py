@@ -24,7 +24,6 @@ from ..following import FollowingDependency, Wait
 from ..job_filter import JobFilter
 from ..job_store import JobInput, JobStore, Queue
 from ..jobs import (
-    awaited,
     bench_input,
     delete,
     finished_job,
@@ -36,6 +35,7 @@ from ..jobs import (
     output_of,
     submit,
     version_of,
+    wait_for_end,
 )
 from ..paging import Limit, Offset, page_links
 from ..revalidation import NOT_MODIFIED, RevalidationDependency
@@ -53,11 +53,11 @@ FitStore = Annotated[JobStore, Depends(_fit_store)]
 TableFilter = Annotated[str | None, Query(alias="table", description="Only fits of this table.")]
 
 
-async def _wanted(jobs: Annotated[JobFilter, Depends(job_filter)], table: TableFilter = None) -> JobFilter:
+async def _fit_filter(jobs: Annotated[JobFilter, Depends(job_filter)], table: TableFilter = None) -> JobFilter:
     return replace(jobs, table=table)
 
 
-Wanted = Annotated[JobFilter, Depends(_wanted)]
+Wanted = Annotated[JobFilter, Depends(_fit_filter)]
 FitId = Annotated[str, job_id_path("fit")]
 IdempotencyKey = Annotated[str | None, idempotency_key_header("fit")]
 
@@ -85,8 +85,8 @@ def submit_fit(body: Annotated[FitRequest, Body(examples=[_EXAMPLE])], library: 
 def list_fits(store: FitStore, request: Request, wanted: Wanted, limit: Limit = 50, offset: Offset = 0,
               form: TableFormQuery = None) -> FitList | Response:
     """Return the fits, newest first, without their progress and results; filters select some of them."""
-    found, total = store.newest(limit, offset, wanted), store.total(wanted)
-    fits = [without_progress(store, fit) for fit in found]
+    jobs, total = store.newest(limit, offset, wanted), store.total(wanted)
+    fits = [without_progress(store, fit) for fit in jobs]
     if wants_csv(request, form):
         return entries_csv(fits, Fit, "fits")
     return FitList(fits=fits, total=total,
@@ -100,8 +100,8 @@ async def follow_fit(id: FitId, store: FitStore, following: FollowingDependency,
 
     With `wait`, the response comes when the fit has ended, or after this time.
     """
-    return await awaited(following, request, f"{store.address}/{id}",
-                         lambda: with_progress(store, store.find(id)), wait)
+    return await wait_for_end(following, request, f"{store.address}/{id}",
+                              lambda: with_progress(store, store.find(id)), wait)
 
 
 @router.get("/{id}/result", summary="Get the result of a fit", responses=error_responses(404, 409, 503) | NOT_MODIFIED)

@@ -54,22 +54,22 @@ async def front_events(request: Request, library: LibraryDependency, fits: FitSt
 @router.get("/tables/{name}", response_class=HTMLResponse)
 def table_details(name: TableNamePath, library: LibraryDependency) -> HTMLResponse:
     """The page of a table."""
-    found = library.table(name)
-    return HTMLResponse(document(name, table_page(name, found, about_table(library, name))))
+    table = library.table(name)
+    return HTMLResponse(document(name, table_page(name, table, about_table(library, name))))
 
 
 @router.get("/recordings/{name}", response_class=HTMLResponse)
 def recordings_details(name: RecordingsNamePath, library: LibraryDependency) -> HTMLResponse:
     """The page of recordings."""
-    found = library.measured(name)
-    return HTMLResponse(document(name, recordings_page(name, found, about_recordings(library, name))))
+    recordings = library.measured(name)
+    return HTMLResponse(document(name, recordings_page(name, recordings, about_recordings(library, name))))
 
 
 @router.get("/benches/{name}", response_class=HTMLResponse)
 def bench_details(name: BenchNamePath, library: LibraryDependency) -> HTMLResponse:
     """The page of a bench."""
-    found = library.bench(name)
-    return HTMLResponse(document(name, bench_page(name, found, about_bench(library, name))))
+    bench = library.bench(name)
+    return HTMLResponse(document(name, bench_page(name, bench, about_bench(library, name))))
 
 
 def _jobs(request: Request, library: Library, fits: JobStore, studies: JobStore, count: int) -> str:

@@ -104,5 +104,5 @@ def import_recordings(name: ImportName, bench: ImportBench, archive: Annotated[b
     return ImportDescription(
         recordings=store(library, response, name, content, "h5"), engagements=list(report.engagements),
         computed=report.computed,
-        set_aside=[SetAsideEngagement(engagement=one.label, reason=one.reason) for one in report.set_aside],
+        set_aside=[SetAsideEngagement(engagement=entry.label, reason=entry.reason) for entry in report.set_aside],
         remarks=list(report.remarks), doubts=list(report.doubts), open_questions=list(report.open_questions))

@@ -158,12 +158,12 @@ def likelihood(body: Annotated[LikelihoodRequest, Body(examples=[EXAMPLE])], lib
     candidates = [Candidate(table_inputs(table, **candidate.model_dump(exclude={"output_std"})), candidate.output_std)
                   for candidate in body.candidates]
     _require_work(body, settings, table, len(recordings))
-    computed = _estimates(body, replace(problem, model=client.watched(problem.model)), candidates)
+    computed = _estimate(body, replace(problem, model=client.watched(problem.model)), candidates)
     answer = answer_of(table, body.table, recordings, computed, body.model_dump())
     return _csv(body, recordings, answer) if wants_csv(request, form) else json_response(answer)
 
 
-def _estimates(body: LikelihoodRequest, problem: InferenceProblem, candidates: list[Candidate]) -> Likelihoods:
+def _estimate(body: LikelihoodRequest, problem: InferenceProblem, candidates: list[Candidate]) -> Likelihoods:
     """The likelihoods of all candidates."""
     return compute_likelihoods(problem, candidates, LikelihoodSettings(
         body.method, body.expansion.checked(0), body.lines, body.samples, body.seed))

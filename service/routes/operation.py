@@ -76,7 +76,7 @@ def ready(request: Request, library: LibraryDependency, fits: FitStore, workers:
                                    "Start workers with `slipstick work`")
         return alive
 
-    alive, _ = _all(database, folder)
+    alive, _ = _run_checks(database, folder)
     return Ready(status="ready", workers=alive)
 
 
@@ -88,7 +88,7 @@ def metrics(request: Request) -> Response:
     return Response(request.app.state.metrics.text(), media_type=CONTENT_TYPE_PLAIN_0_0_4)
 
 
-def _all(*checks: Callable[[], Any]) -> list[Any]:
+def _run_checks(*checks: Callable[[], Any]) -> list[Any]:
     """Return the results of the checks; raises `StoreUnavailable` with the causes of all that fail."""
     results, failed = [], []
     for check in checks:

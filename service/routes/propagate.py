@@ -182,7 +182,7 @@ def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], libr
     if body.output_std is None:
         body = body.model_copy(update={"output_std": default_output_std(table.model)})
     if form not in ("json", "csv"):
-        body = drawing.drawable(body, len(conditions))
+        body = drawing.require_drawable(body, len(conditions))
     asked = body.settings()
     _require_work(asked, inputs, len(conditions), settings)
     model = client.watched(table_model(selected, body.outside))
@@ -196,7 +196,7 @@ def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], libr
     result = present(table, body.table, selected, conditions, distributions, body.model_dump())
     if form == "json":
         return json_response(result.answer, {"Vary": "Accept"})
-    return drawing.tabulated(result) if form == "csv" else drawing.drawn(drawings, result, form)
+    return drawing.csv_of_propagation(result) if form == "csv" else drawing.draw_propagation(drawings, result, form)
 
 
 def _require_work(asked: PropagationSettings, inputs: Inputs, conditions: int, settings: Settings) -> None:

@@ -191,8 +191,8 @@ def describe(name: str, recordings: Recordings | Measurements) -> RecordingsDesc
         measured_time=recordings.measured_time.tolist(),
         run_order=None if recordings.run_order is None else recordings.run_order.tolist(),
         signals=None if signals is None else SignalsDescription(
-            units={one: SIGNAL_UNITS[one] for one in signals.names}, samples=len(signals.time), start=signals.time[0],
-            end=signals.time[-1]),
+            units={signal: SIGNAL_UNITS[signal] for signal in signals.names}, samples=len(signals.time),
+            start=signals.time[0], end=signals.time[-1]),
         conditions=list_conditions(recordings.conditions), current_profiles=list_profiles(recordings.conditions),
         condition_units=condition_units(recordings.conditions))
 

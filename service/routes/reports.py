@@ -62,7 +62,7 @@ def fit_report(id: FitId, store: FitStore, library: LibraryDependency, client: R
     client.require_change(*version)
     other_output = None if other is None else _comparable_output(fit, other)
     return HTMLResponse(drawings.made("page", lambda: {
-        **_drawn(store, id), "job": without_progress(store, fit).model_dump(mode="json"), "other": other_output,
+        **_read_job(store, id), "job": without_progress(store, fit).model_dump(mode="json"), "other": other_output,
         "description": description}, "fit", *version))
 
 
@@ -71,7 +71,7 @@ def fit_report(id: FitId, store: FitStore, library: LibraryDependency, client: R
 def fit_pictures(id: FitId, store: FitStore, drawings: DrawingsDependency) -> PictureList:
     """Return the available pictures of a finished fit, with titles and captions."""
     fit = finished_job(store, id, output=False)
-    titles = drawings.made("titles", lambda: _drawn(store, id), "fit", version_of(fit))
+    titles = drawings.made("titles", lambda: _read_job(store, id), "fit", version_of(fit))
     return picture_list(titles, CAPTIONS, f"{store.address}/{id}/pictures")
 
 
@@ -83,11 +83,11 @@ def fit_picture(id: FitId, name: PictureName, store: FitStore, request: Request,
     """Return a picture as Vega-Lite (JSON), SVG or PNG, as selected by `format` or the Accept header."""
     version, chosen = version_of(finished_job(store, id, output=False)), form(request, format)
     client.require_change(version)
-    return picture_response(drawings.made("picture", lambda: {**_drawn(store, id), "name": name, "form": chosen},
+    return picture_response(drawings.made("picture", lambda: {**_read_job(store, id), "name": name, "form": chosen},
                                           "fit", version, name, chosen), chosen)
 
 
-def _drawn(store: JobStore, id: str) -> dict[str, Any]:
+def _read_job(store: JobStore, id: str) -> dict[str, Any]:
     return {"kind": "fit", "output": output_of(finished_job(store, id))}
 
 

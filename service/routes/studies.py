@@ -19,7 +19,6 @@ from ..following import FollowingDependency, Wait
 from ..job_filter import JobFilter
 from ..job_store import JobInput, JobStore
 from ..jobs import (
-    awaited,
     bench_input,
     delete,
     finished_job,
@@ -32,6 +31,7 @@ from ..jobs import (
     require_complete,
     submit,
     version_of,
+    wait_for_end,
 )
 from ..paging import Limit, Offset, page_links
 from ..revalidation import NOT_MODIFIED, RevalidationDependency
@@ -77,8 +77,8 @@ def submit_study(body: Annotated[StudyRequest, Body(examples=[_EXAMPLE])], libra
 def list_studies(store: StudyStore, request: Request, wanted: Wanted, limit: Limit = 50,
                  offset: Offset = 0, form: TableFormQuery = None) -> StudyList | Response:
     """Return the studies, newest first, without their progress and results; filters select some of them."""
-    found, total = store.newest(limit, offset, wanted), store.total(wanted)
-    studies = [without_progress(store, study) for study in found]
+    jobs, total = store.newest(limit, offset, wanted), store.total(wanted)
+    studies = [without_progress(store, study) for study in jobs]
     if wants_csv(request, form):
         return entries_csv(studies, Study, "studies")
     return StudyList(studies=studies, total=total,
@@ -92,8 +92,8 @@ async def follow_study(id: StudyId, store: StudyStore, following: FollowingDepen
 
     With `wait`, the response comes when the study has ended, or after this time.
     """
-    return await awaited(following, request, f"{store.address}/{id}",
-                         lambda: with_progress(store, store.find(id)), wait)
+    return await wait_for_end(following, request, f"{store.address}/{id}",
+                              lambda: with_progress(store, store.find(id)), wait)
 
 
 @router.get("/{id}/result", summary="Get the result of a study",

@@ -30,7 +30,8 @@ _FILES: dict[int | str, dict[str, Any]] = {200: {"description": "The law as JSON
 @router.get("", summary="List the measured laws of a study", responses=error_responses(404, 409, 503))
 def study_laws(id: StudyId, store: StudyStore) -> LawList:
     """Return the measured law of each finding that has one: how a quantity changes with what it depends on."""
-    return LawList(laws=[_law(store, id, n, one) for n, one in enumerate(_findings(store, id)) if one.law is not None])
+    return LawList(laws=[_law(store, id, n, finding) for n, finding in enumerate(_findings(store, id))
+                         if finding.law is not None])
 
 
 @router.get("/{n}", summary="Get a measured law of a study", response_model=FindingLaw,
@@ -48,7 +49,7 @@ def study_law(id: StudyId, n: Index, store: StudyStore,
     """
     findings = _findings(store, id)
     if n >= len(findings) or findings[n].law is None:
-        known = ", ".join(str(place) for place, one in enumerate(findings) if one.law is not None)
+        known = ", ".join(str(place) for place, finding in enumerate(findings) if finding.law is not None)
         raise UnknownName(f"The study '{id}' has no law {n}", f"Known: {known or 'none'}")
     finding = findings[n]
     if format == "json":

@@ -46,7 +46,7 @@ def study_report(id: StudyId, store: StudyStore, fits: StudyFits, client: Revali
     """
     version = _version(store, id, fits)
     client.require_change(*version)
-    return HTMLResponse(drawings.made("page", lambda: _drawn(store, id, fits), *version))
+    return HTMLResponse(drawings.made("page", lambda: _read_job(store, id, fits), *version))
 
 
 @router.get("/pictures", summary="List the pictures of a study", responses=error_responses(404, 409, 503))
@@ -57,7 +57,7 @@ def study_pictures(id: StudyId, store: StudyStore, fits: StudyFits, drawings: Dr
     The picture `surfaces` is available only if `before` and `after` are given.
     """
     query = "" if fits is None else f"?before={fits['before']['id']}&after={fits['after']['id']}"
-    titles = drawings.made("titles", lambda: _drawn(store, id, fits), *_version(store, id, fits))
+    titles = drawings.made("titles", lambda: _read_job(store, id, fits), *_version(store, id, fits))
     return picture_list(titles, CAPTIONS, f"{store.address}/{id}/pictures", query)
 
 
@@ -70,8 +70,8 @@ def study_picture(id: StudyId, name: PictureName, store: StudyStore, fits: Study
     """Return a picture as Vega-Lite (JSON), SVG or PNG, as selected by `format` or the Accept header."""
     version, chosen = _version(store, id, fits), form(request, format)
     client.require_change(*version)
-    return picture_response(drawings.made("picture", lambda: {**_drawn(store, id, fits), "name": name, "form": chosen},
-                                          *version, name, chosen), chosen)
+    return picture_response(drawings.made("picture", lambda: {
+        **_read_job(store, id, fits), "name": name, "form": chosen}, *version, name, chosen), chosen)
 
 
 def _version(store: JobStore, id: str, fits: StudyFits) -> list[str]:
@@ -80,7 +80,7 @@ def _version(store: JobStore, id: str, fits: StudyFits) -> list[str]:
     return ["study", version_of(finished_job(store, id, output=False)), *compared]
 
 
-def _drawn(store: JobStore, id: str, fits: StudyFits) -> dict[str, Any]:
+def _read_job(store: JobStore, id: str, fits: StudyFits) -> dict[str, Any]:
     study = finished_job(store, id)
     return {"kind": "study", "job": without_progress(store, study).model_dump(mode="json"), "output": output_of(study),
             "fits": fits}

@@ -72,19 +72,19 @@ class BridgeErrors:
         if not concerned or scope["method"] == "HEAD":
             return await self.app(scope, receive, send)
         # Problem details are read here, and on this machine compression saves nothing.
-        scope = {**scope, "headers": [one for one in scope["headers"] if one[0] != b"accept-encoding"]}
+        scope = {**scope, "headers": [header for header in scope["headers"] if header[0] != b"accept-encoding"]}
         started: Message | None = None
 
-        async def sending(message: Message) -> None:
+        async def send_converted(message: Message) -> None:
             nonlocal started
             if message["type"] == "http.response.start" and _is_problem(message):
                 started = message  # problem details come in one piece
             elif started is not None and message["type"] == "http.response.body" and message.get("body"):
-                await _converted(started, message["body"])(scope, receive, send)
+                await _convert_problem(started, message["body"])(scope, receive, send)
             elif started is None:
                 await send(message)
 
-        await self.app(scope, receive, sending)
+        await self.app(scope, receive, send_converted)
 
 
 def _is_problem(message: Message) -> bool:
@@ -92,7 +92,7 @@ def _is_problem(message: Message) -> bool:
     return headers.get(b"content-type", b"").startswith(MEDIA_TYPE.encode())
 
 
-def _converted(started: Message, body: bytes) -> JSONResponse:
+def _convert_problem(started: Message, body: bytes) -> JSONResponse:
     problem = orjson.loads(body)
     kind = problem["type"].rpartition(":")[2]
     invalid = ("InvalidInput", 400) if problem["status"] in _INVALID else (

@@ -147,11 +147,11 @@ def contracted(array: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
 def names(library: Library) -> list[str]:
     """The names of all models: the valid tables, then each with the recordings whose conditions it contains."""
-    tables = {name: table for name in library.tables() if (table := _valid(library.table, name)) is not None}
+    tables = {name: table for name in library.tables() if (table := _read_valid(library.table, name)) is not None}
     recordings = {name: recorded for name in library.recordings()
-                  if (recorded := _valid(library.measured, name)) is not None}
+                  if (recorded := _read_valid(library.measured, name)) is not None}
     pairs = [f"{name}/{other}" for name, table in tables.items() for other, recorded in recordings.items()
-             if _valid(partial(table_problem, table, outside="clip"), recorded) is not None]
+             if _read_valid(partial(table_problem, table, outside="clip"), recorded) is not None]
     return [*tables, *pairs]
 
 
@@ -169,9 +169,9 @@ def open_model(library: Library, settings: Settings, client: Client | None, name
     table_name, slash, recordings_name = name.partition("/")
     table = library.table(table_name)
     if not slash:
-        options = _checked(TableConfig, config)
+        options = _validate_config(TableConfig, config)
         return TableModel(select_conditions(table, options.conditions)[0], options.outside)
-    chosen, recordings = _checked(LikelihoodConfig, config), library.measured(recordings_name)
+    chosen, recordings = _validate_config(LikelihoodConfig, config), library.measured(recordings_name)
     problem = table_problem(table, recordings, chosen.outside)
     if client is not None:
         problem = replace(problem, model=client.watched(problem.model))
@@ -184,7 +184,7 @@ def open_model(library: Library, settings: Settings, client: Client | None, name
                            require_work)
 
 
-def _checked(kind: type[_Config], config: dict[str, object]) -> _Config:
+def _validate_config(kind: type[_Config], config: dict[str, object]) -> _Config:
     try:
         return kind.model_validate(config)
     except ValidationError as error:
@@ -198,7 +198,7 @@ _Argument = TypeVar("_Argument")
 _Found = TypeVar("_Found")
 
 
-def _valid(read: Callable[[_Argument], _Found], argument: _Argument) -> _Found | None:
+def _read_valid(read: Callable[[_Argument], _Found], argument: _Argument) -> _Found | None:
     try:
         return read(argument)
     except SlipstickError:

@@ -152,21 +152,21 @@ def bridge_info(library: LibraryDependency) -> Info:
 @router.post("/ModelInfo", summary="What a UM-Bridge model supports", openapi_extra=_body(Named, {"name": "nominal"}))
 def bridge_model_info(content: Content, library: LibraryDependency) -> ModelInfo:
     """Return the operations that a model supports: every model supports all of them."""
-    require_known(library, _validated(Named, _parsed(content)).name)
+    require_known(library, _validate(Named, _parse(content)).name)
     return ModelInfo(support=Support())
 
 
 @router.post("/InputSizes", summary="Input sizes of a UM-Bridge model", openapi_extra=_body(Configured, _TABLE))
 def bridge_input_sizes(content: Content, library: LibraryDependency, settings: SettingsDependency) -> InputSizes:
     """Return the size of the only input vector: one multiple per axis of a table, or means, stds and output std."""
-    _, model = _opened(content, Configured, library, settings)
+    _, model = _open_request(content, Configured, library, settings)
     return InputSizes(inputSizes=[model.inputs])
 
 
 @router.post("/OutputSizes", summary="Output sizes of a UM-Bridge model", openapi_extra=_body(Configured, _TABLE))
 def bridge_output_sizes(content: Content, library: LibraryDependency, settings: SettingsDependency) -> OutputSizes:
     """Return the size of the only output vector: one value per condition of a table, or one log10 likelihood."""
-    _, model = _opened(content, Configured, library, settings)
+    _, model = _open_request(content, Configured, library, settings)
     return OutputSizes(outputSizes=[model.outputs])
 
 
@@ -181,8 +181,8 @@ def bridge_evaluate(content: Content, library: LibraryDependency, settings: Sett
     returns the log10 likelihood (densities per ms) at the means, the stds and the output std, in this order, for
     independent normal inputs. A likelihood of 0, as for a negative std, is -1.7976931348623157e308.
     """
-    body, model = _opened(content, EvaluateBody, library, settings, client)
-    return Vectors(output=[_finite(model.value(_point(body, model)))])
+    body, model = _open_request(content, EvaluateBody, library, settings, client)
+    return Vectors(output=[_list_finite(model.value(_point(body, model)))])
 
 
 @router.post("/Gradient", summary="Gradient of a UM-Bridge model",
@@ -191,10 +191,10 @@ def bridge_evaluate(content: Content, library: LibraryDependency, settings: Sett
 def bridge_gradient(content: Content, library: LibraryDependency, settings: SettingsDependency,
                     client: ClientDependency) -> Vector:
     """Return the gradient of the outputs weighted by `sens`: the transposed Jacobian times `sens`."""
-    body, model = _opened(content, GradientBody, library, settings, client)
+    body, model = _open_request(content, GradientBody, library, settings, client)
     point = _point(body, model, inWrt=body.inWrt)
-    sens = _sized("sens", body.sens, model.outputs)
-    return Vector(output=_finite(contracted(model.jacobian(point).T, sens)))
+    sens = _vector("sens", body.sens, model.outputs)
+    return Vector(output=_list_finite(contracted(model.jacobian(point).T, sens)))
 
 
 @router.post("/ApplyJacobian", summary="Apply the Jacobian of a UM-Bridge model",
@@ -203,10 +203,10 @@ def bridge_gradient(content: Content, library: LibraryDependency, settings: Sett
 def bridge_apply_jacobian(content: Content, library: LibraryDependency, settings: SettingsDependency,
                           client: ClientDependency) -> Vector:
     """Return the Jacobian times `vec`: the derivative of each output along a direction."""
-    body, model = _opened(content, JacobianBody, library, settings, client)
+    body, model = _open_request(content, JacobianBody, library, settings, client)
     point = _point(body, model, inWrt=body.inWrt)
-    vec = _sized("vec", body.vec, model.inputs)
-    return Vector(output=_finite(contracted(model.jacobian(point), vec)))
+    vec = _vector("vec", body.vec, model.inputs)
+    return Vector(output=_list_finite(contracted(model.jacobian(point), vec)))
 
 
 @router.post("/ApplyHessian", summary="Apply the Hessian of a UM-Bridge model",
@@ -216,31 +216,31 @@ def bridge_apply_jacobian(content: Content, library: LibraryDependency, settings
 def bridge_apply_hessian(content: Content, library: LibraryDependency, settings: SettingsDependency,
                          client: ClientDependency) -> Vector:
     """Return the Hessian of the outputs weighted by `sens`, times `vec`."""
-    body, model = _opened(content, HessianBody, library, settings, client)
+    body, model = _open_request(content, HessianBody, library, settings, client)
     point = _point(body, model, inWrt1=body.inWrt1, inWrt2=body.inWrt2)
-    sens, vec = _sized("sens", body.sens, model.outputs), _sized("vec", body.vec, model.inputs)
-    return Vector(output=_finite(model.apply_hessian(point, sens, vec)))
+    sens, vec = _vector("sens", body.sens, model.outputs), _vector("vec", body.vec, model.inputs)
+    return Vector(output=_list_finite(model.apply_hessian(point, sens, vec)))
 
 
-def _opened(content: bytes, kind: type[_Request], library: Library, settings: Settings,
-            client: Client | None = None) -> tuple[_Request, BridgeModel]:
+def _open_request(content: bytes, kind: type[_Request], library: Library, settings: Settings,
+                  client: Client | None = None) -> tuple[_Request, BridgeModel]:
     """The request and its model; an unknown model is reported before other mistakes."""
-    body = _parsed(content)
-    named = _validated(Named, body)
+    body = _parse(content)
+    named = _validate(Named, body)
     require_known(library, named.name)
-    configured = _validated(Configured, body)
+    configured = _validate(Configured, body)
     model = open_model(library, settings, client, configured.name, configured.config)
-    return _validated(kind, body), model
+    return _validate(kind, body), model
 
 
-def _parsed(content: bytes) -> object:
+def _parse(content: bytes) -> object:
     try:
         return orjson.loads(content)
     except orjson.JSONDecodeError as error:
         raise MalformedBody.from_parser_message(error.msg) from error
 
 
-def _validated(kind: type[_Request], body: object) -> _Request:
+def _validate(kind: type[_Request], body: object) -> _Request:
     try:
         return kind.model_validate(body)
     except ValidationError as error:
@@ -256,16 +256,16 @@ def _point(body: EvaluateBody, model: BridgeModel, **indices: int) -> np.ndarray
             raise InvalidValue(f"`{name}` is {index}", "Give 0: the models have one input and one output vector")
     if len(body.input) != 1:
         raise InvalidValue(f"`input` has {len(body.input)} vectors", "Give one input vector, in a list")
-    return _sized("input[0]", body.input[0], model.inputs)
+    return _vector("input[0]", body.input[0], model.inputs)
 
 
-def _sized(name: str, numbers: list[float], size: int) -> np.ndarray:
+def _vector(name: str, numbers: list[float], size: int) -> np.ndarray:
     if len(numbers) != size:
         raise InvalidValue(f"`{name}` has {len(numbers)} numbers", f"Give {size}")
     return np.array(numbers)
 
 
-def _finite(values: np.ndarray) -> list[float]:
+def _list_finite(values: np.ndarray) -> list[float]:
     """The values as JSON, which has no NaN; raises `UndefinedOutput`."""
     undefined = np.flatnonzero(~np.isfinite(values))
     if len(undefined):

@@ -31,13 +31,14 @@ class Window:
         return float(self.time[-1])
 
 
-def common_window(found: Sequence[Engagement], mapping: ChannelMap, bench: Bench) -> Window:
+def common_window(engagements: Sequence[Engagement], mapping: ChannelMap, bench: Bench) -> Window:
     """The clock that the mapping states, or the slowest signal and the end of the shortest engagement that locks.
 
     Raises `BadRecording` where a clock is asked for that is faster than a signal, has fewer than two samples, or ends
     after all engagements.
     """
-    steps = {name: max(sampling_step(one.tracks[name].time) for one in found) for name in found[0].tracks}
+    steps = {name: max(sampling_step(engagement.tracks[name].time) for engagement in engagements)
+             for name in engagements[0].tracks}
     slowest = max(steps, key=lambda name: steps[name])
     remarks = []
     step = mapping.step
@@ -49,10 +50,11 @@ def common_window(found: Sequence[Engagement], mapping: ChannelMap, bench: Bench
                            f"{1e3 * steps[slowest]:.4g} ms",
                            f"Give a step of at least {1e3 * steps[slowest]:.4g} ms: samples would be made up")
     profile_end = float(bench.profiles[0][:, -1].min())
-    end, longest = mapping.end, max(one.end for one in found)
+    end, longest = mapping.end, max(engagement.end for engagement in engagements)
     if end is None:
-        locked = [one for one in found if one.measured_time is not None and one.end > one.measured_time] or list(found)
-        shortest = min(locked, key=lambda one: one.end)
+        locked = [engagement for engagement in engagements if engagement.measured_time is not None
+                  and engagement.end > engagement.measured_time] or list(engagements)
+        shortest = min(locked, key=lambda engagement: engagement.end)
         end = min(shortest.end, profile_end)
         remarks.append(f"the recordings end {end:.4g} s after the shift command, " + (
             "with the current profile" if end == profile_end else
@@ -65,14 +67,15 @@ def common_window(found: Sequence[Engagement], mapping: ChannelMap, bench: Bench
         raise BadRecording(f"clock.step is {step:g} s, and the recordings end {end:.4g} s after the shift command",
                            "Give a shorter step, or a later end")
     # Where signals are sampled faster, a mean over whole samples: it shares none with its neighbours.
-    fastest = min(sampling_step(one.tracks[name].time) for one in found for name in one.tracks)
+    fastest = min(sampling_step(track.time) for engagement in engagements for track in engagement.tracks.values())
     start = 0.5 * max(0.0, step - fastest) if fastest * JITTER < step else 0.0
     count = int(np.floor((end - start) / step + 1e-6)) + 1
     return Window(start + np.arange(count) * step, step, profile_end, tuple(remarks))
 
 
-def aligned(tracks: Sequence[Track], window: Window) -> np.ndarray:
+def align(tracks: Sequence[Track], window: Window) -> np.ndarray:
     """Tracks of one signal on the common clock, (n, m); NaN where a track has no samples."""
-    rows = [resampled(one.time[known], one.values[known], window.time, window.step)
-            if (known := np.isfinite(one.values)).sum() > 1 else np.full(len(window.time), np.nan) for one in tracks]
+    rows = [resampled(track.time[known], track.values[known], window.time, window.step)
+            if (known := np.isfinite(track.values)).sum() > 1 else np.full(len(window.time), np.nan)
+            for track in tracks]
     return np.array(rows)

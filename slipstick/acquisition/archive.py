@@ -48,7 +48,7 @@ def import_archive(content: bytes, bench: Path) -> tuple[bytes, ImportReport]:
     answer = isolated(request, "slipstick.acquisition.archive:answer", BadRecording, _SECONDS, _FAILED)
     said, _, recordings = answer.partition(b"\n")
     report = json.loads(said)
-    aside = tuple(SetAside(one["label"], one["reason"]) for one in report["set_aside"])
+    aside = tuple(SetAside(entry["label"], entry["reason"]) for entry in report["set_aside"])
     return recordings, ImportReport(tuple(report["engagements"]), report["computed"], aside, *(
         tuple(report[name]) for name in ("remarks", "doubts", "open_questions")))
 
@@ -57,20 +57,20 @@ def answer(request: bytes) -> bytes:
     """In the child process: a line with the report as JSON, and the recordings as HDF5."""
     said, _, content = request.partition(b"\n")
     files = _files(content)
-    mapping = read_mapping(_taken(files, MAPPING, "the mapping"), MAPPING)
-    plan = None if mapping.plan is None else _taken(files, mapping.plan, "the sheet of conditions")
+    mapping = read_mapping(_take_file(files, MAPPING, "the mapping"), MAPPING)
+    plan = None if mapping.plan is None else _take_file(files, mapping.plan, "the sheet of conditions")
     left_out = [path.as_posix() for path in files if not is_measurement(path)]
     runs = {path.name: read for path, read in files.items() if is_measurement(path)}
     if not runs:
         raise BadRecording("The archive has no file of a known kind beside the mapping",
                            f"Known are names in {', '.join(FORMATS)}")
-    found = import_sources(_sources(runs, mapping), mapping, Bench.open(json.loads(said)["bench"]), plan)
-    remarks = [*found.remarks, *(f"left out of the archive, because of their names: {', '.join(left_out[:10])}"
-                                 for _ in left_out[:1])]
-    report = {"engagements": found.labels, "computed": found.computed,
-              "set_aside": [{"label": one.label, "reason": one.reason} for one in found.set_aside],
-              "remarks": remarks, "doubts": found.doubts, "open_questions": found.open_questions}
-    return json.dumps(report).encode() + b"\n" + found.recordings.to_bytes()
+    imported = import_sources(_sources(runs, mapping), mapping, Bench.open(json.loads(said)["bench"]), plan)
+    remarks = [*imported.remarks, *(f"left out of the archive, because of their names: {', '.join(left_out[:10])}"
+                                    for _ in left_out[:1])]
+    report = {"engagements": imported.labels, "computed": imported.computed,
+              "set_aside": [{"label": entry.label, "reason": entry.reason} for entry in imported.set_aside],
+              "remarks": remarks, "doubts": imported.doubts, "open_questions": imported.open_questions}
+    return json.dumps(report).encode() + b"\n" + imported.recordings.to_bytes()
 
 
 def _files(content: bytes) -> dict[PurePosixPath, bytes]:
@@ -95,7 +95,7 @@ def _files(content: bytes) -> dict[PurePosixPath, bytes]:
     return files
 
 
-def _taken(files: dict[PurePosixPath, bytes], name: str, what: str) -> bytes:
+def _take_file(files: dict[PurePosixPath, bytes], name: str, what: str) -> bytes:
     """Remove a file by its name, and return its content."""
     path = next((path for path in files if path.name == name), None)
     if path is None:

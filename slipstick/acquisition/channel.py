@@ -58,8 +58,8 @@ def unknown_channel(source: str, name: str, known: Iterable[str]) -> BadRecordin
     """The error about a channel that a file does not have; the remedy suggests similar names."""
     names = list(known)
     near = get_close_matches(name, names, n=3, cutoff=0.4)
-    some = ", ".join(near or sorted(names)[:20]) or "no channel of numbers"
-    hint = f"Did you mean {some}?" if near else f"It has {some}."
+    suggestions = ", ".join(near or sorted(names)[:20]) or "no channel of numbers"
+    hint = f"Did you mean {suggestions}?" if near else f"It has {suggestions}."
     return BadRecording(f"{source} has no channel '{name}'", f"{hint} Correct the mapping, or leave the file out")
 
 

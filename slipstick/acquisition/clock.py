@@ -37,7 +37,7 @@ def own_clock(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndar
     known = np.isfinite(values)
     if known.sum() > 1 and (own := sampling_step(time[known])) > GAP * sampling_step(time):
         return time[known], values[known], f"most of its values are missing: it is used every {1e3 * own:.4g} ms"
-    places = _held_from(values[known])
+    places = _find_held_starts(values[known])
     if places is None:
         return time, values, ""
     time, values = time[known][places], values[known][places]
@@ -45,7 +45,7 @@ def own_clock(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndar
                           f"{1e3 * sampling_step(time):.4g} ms")
 
 
-def _held_from(values: np.ndarray) -> np.ndarray | None:
+def _find_held_starts(values: np.ndarray) -> np.ndarray | None:
     """Places (k,) at which values that are held begin; None for a channel that is sampled at its clock.
 
     A channel that moves by several of its resolutions, and yet never in two successive samples, is held: if it were

@@ -34,7 +34,7 @@ class CsvFile:
 
     def __init__(self, name: str, file: BinaryIO, options: CsvOptions) -> None:
         self.name = name
-        text, encoding = _decoded(name, file.read(), options.encoding)
+        text, encoding = _decode(name, file.read(), options.encoding)
         lines = text.split("\n")
         layout = infer_layout(name, lines, options)
         self._names = Names.of_headings(name, layout.names, [str(column + 1) for column in range(len(layout.names))])
@@ -103,12 +103,12 @@ class CsvFile:
                 is_alike = stated is not None and (stated.tzinfo is None) == (start.tzinfo is None)
                 value = (stated - start).total_seconds() if stated is not None and is_alike else None
             if value is None:
-                raise self._refusal(row, column, cell, "a number" if start is None else
+                raise self._cell_error(row, column, cell, "a number" if start is None else
                                     "a date with a time, as in the first row")
             values[place] = value
         return values if start is None or start.year > TIME_OF_DAY else _over_midnight(values)
 
-    def _refusal(self, row: int, column: int, cell: str, kind: str) -> BadRecording:
+    def _cell_error(self, row: int, column: int, cell: str, kind: str) -> BadRecording:
         where = f"Row {row + 1} of {self.name}, column '{self._layout.names[column]}'"
         remedy = "Correct the cell, leave it empty where the value is missing, or state csv.decimal in the mapping"
         if number(re.sub(r"(?<=\d)[.,' ](?=\d{3})", "", cell), self._layout.decimal) is not None:
@@ -128,7 +128,7 @@ def _cell(cells: Sequence[str], column: int) -> str:
     return cells[column] if column < len(cells) else ""
 
 
-def _decoded(name: str, content: bytes, encoding: str | None) -> tuple[str, str]:
+def _decode(name: str, content: bytes, encoding: str | None) -> tuple[str, str]:
     """The text with its ends of lines as `\\n`, and its encoding.
 
     UTF-16 is known by a byte order mark, or by zeros in every second byte; other text is UTF-8, or Windows-1252 where

@@ -85,7 +85,7 @@ def infer_layout(name: str, lines: Sequence[str], options: CsvOptions) -> Layout
             return _infer(name, sample, start, separator, decimal, options.header is not None)
         except BadRecording as error:
             refusal = refusal or error
-    raise refusal or _no_numbers(name, lines, start)
+    raise refusal or _no_numbers_error(name, lines, start)
 
 
 def _infer(name: str, sample: Sequence[str], start: int, separator: str, decimal: str, has_header: bool) -> Layout:
@@ -93,7 +93,7 @@ def _infer(name: str, sample: Sequence[str], start: int, separator: str, decimal
     contents = [_Contents.of(row, decimal) for row in rows]
     body = _body(contents[1:] if has_header else contents)
     if not body:
-        raise _no_numbers(name, sample, 0)
+        raise _no_numbers_error(name, sample, 0)
     first = next(row for row, content in enumerate(contents) if content in body)
     length = Counter(content.length for content in contents if content in body).most_common(1)[0][0]
     columns = frozenset(column for content in body for column in content.numbers if column < length)
@@ -111,7 +111,7 @@ def _infer(name: str, sample: Sequence[str], start: int, separator: str, decimal
     names = rows[name_row]
     units = rows[unit_row] if unit_row is not None else []
     return Layout(separator, decimal, tuple(names),
-                  tuple(_bare(units[column]) if column < len(units) else "" for column in range(len(names))),
+                  tuple(_strip_brackets(units[column]) if column < len(units) else "" for column in range(len(names))),
                   start + name_row, None if unit_row is None else start + unit_row,
                   start + first + (counted is not None), length, counted)
 
@@ -155,7 +155,7 @@ def _by_numbers(lines: Sequence[str], options: CsvOptions, stated: str | None) -
     return sorted((form for form, count in counts.items() if count), key=lambda form: -counts[form])
 
 
-def _no_numbers(name: str, lines: Sequence[str], start: int) -> BadRecording:
+def _no_numbers_error(name: str, lines: Sequence[str], start: int) -> BadRecording:
     row = min(start + 1, len(lines) - 1)
     return BadRecording(f"{name} has no rows of two or more numbers among its first {_LOOK}; row {row + 1} is "
                         f"'{lines[row][:60].strip()}'" if lines else f"{name} has no rows",
@@ -196,7 +196,7 @@ class _Header:
 
     def states_units(self, row: int) -> bool:
         """Whether most of the cells of a row are units; a number other than 1 is none."""
-        cells = [_bare(cell) for cell in self.rows[row] if cell]
+        cells = [_strip_brackets(cell) for cell in self.rows[row] if cell]
         units = [cell for cell in cells if is_unit(spelled(cell))]
         return 2 * len(units) > len(cells) and any(cell not in ("1", "-") for cell in units)
 
@@ -224,7 +224,7 @@ class _Header:
         return 0 < len(cells) <= self.length and len(self.rows[row]) >= self.width
 
 
-def _bare(unit: str) -> str:
+def _strip_brackets(unit: str) -> str:
     return unit.strip("[]() ")
 
 

@@ -15,7 +15,7 @@ are better than that."""
 
 def doubts(recordings: Recordings, bench: Bench) -> tuple[str, ...]:
     """Sentences about what the measured signals show, each with what to check; none without signals."""
-    signals, found = recordings.signals, []
+    signals, lines = recordings.signals, []
     if signals is None:
         return ()
     gear, has = bench.physics.nominal[parameters.index("gear_ratio")], set(signals.names)
@@ -24,24 +24,24 @@ def doubts(recordings: Recordings, bench: Bench) -> tuple[str, ...]:
     if {"input_speed", "output_speed"} <= has and after.any():
         ratio = float(np.median(signals["input_speed"][after]) / np.median(signals["output_speed"][after]))
         if abs(ratio / gear - 1) > _RATIO:
-            found.append(f"After lock-up the input speed is {ratio:.3g} times the output speed, and the gear ratio of "
+            lines.append(f"After lock-up the input speed is {ratio:.3g} times the output speed, and the gear ratio of "
                          f"the bench is {gear:g}. Check the channels and units of both speeds, or gear_ratio")
     if "output_torque" in has and np.median(signals["output_torque"][before]) < 0:
-        found.append("Before lock-up the output torque is negative. If its sensor counts the other way round, add "
+        lines.append("Before lock-up the output torque is negative. If its sensor counts the other way round, add "
                      "sign = -1 to the mapping")
     if "pressure" in has:
         first, held = signals["pressure"][:, 0], np.median(signals["pressure"], axis=1)
         if np.median(held) <= np.median(first):
-            found.append("The pressure does not rise after the shift command. Check its channel and sign, and the "
+            lines.append("The pressure does not rise after the shift command. Check its channel and sign, and the "
                          "shift command")
     if "input_speed" in has:
         start = float(np.median(signals["input_speed"][:, 0] / recordings.conditions.motor_speed))
         if bench.physics.converter is not None and not 0 < start < 1 + _RATIO:
-            found.append(f"At the shift command the input speed is {start:.3g} times the motor speed, and a converter "
+            lines.append(f"At the shift command the input speed is {start:.3g} times the motor speed, and a converter "
                          "transmits at most the motor speed. Check channels, units and signs of both")
     if {"input_speed", "output_speed"} <= has:
         slip = np.median(signals["input_speed"][:, 0] - gear * signals["output_speed"][:, 0])
         if slip <= 0:
-            found.append("At the shift command the output shaft is not slower than the input shaft. Check whether the "
+            lines.append("At the shift command the output shaft is not slower than the input shaft. Check whether the "
                          "speeds are swapped")
-    return tuple(found)
+    return tuple(lines)

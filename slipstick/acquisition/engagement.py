@@ -41,7 +41,7 @@ class Engagement:
     @property
     def end(self) -> float:
         """Time of the last sample that all signals have."""
-        return min(float(one.time[-1]) for one in self.tracks.values())
+        return min(float(signal.time[-1]) for signal in self.tracks.values())
 
 
 def engagements(source: Source, mapping: ChannelMap, numbers: Numbers, gear_ratio: float,
@@ -52,18 +52,18 @@ def engagements(source: Source, mapping: ChannelMap, numbers: Numbers, gear_rati
     """
     tracks = {name: track(source, ref, mapping.time, SIGNAL_UNITS[name]) for name, ref in mapping.signals.items()}
     further = {name: track(source, ref, mapping.time, None) for name, ref in mapping.further.items()}
-    begin = min(float(one.time[0]) for one in tracks.values())
-    end = max(float(one.time[-1]) for one in tracks.values())
+    begin = min(float(signal.time[0]) for signal in tracks.values())
+    end = max(float(signal.time[-1]) for signal in tracks.values())
     starts = np.array([begin])
     if mapping.trigger is not None:
         # Where a change marks the next engagement, the first one begins with the file.
         starts = np.append(starts if mapping.trigger.level is None else [],
-                           _marked(source, mapping, mapping.trigger, "trigger"))
+                           _read_marks(source, mapping, mapping.trigger, "trigger"))
     ends = np.append(starts[1:], np.nextafter(end, np.inf))
     commands = None if isinstance(mapping.shift_command, float) else \
-        _marked(source, mapping, mapping.shift_command, "shift command")
+        _read_marks(source, mapping, mapping.shift_command, "shift command")
     marked = mapping.shifting_time if isinstance(mapping.shifting_time, Marker) else None
-    lock_marks = None if marked is None else _marked(source, mapping, marked, "lock-up")
+    lock_marks = None if marked is None else _read_marks(source, mapping, marked, "lock-up")
     for number, (start, stop) in enumerate(zip(starts, ends, strict=True)):
         label = source.name if mapping.trigger is None else f"{source.name}, engagement {number}"
         if commands is None:
@@ -72,14 +72,14 @@ def engagements(source: Source, mapping: ChannelMap, numbers: Numbers, gear_rati
         else:
             inside = commands[(commands >= start) & (commands < stop)]
             if len(inside) != 1:
-                at = f", the first at {', '.join(f'{one:.4g}' for one in inside[:3])} s" if len(inside) else ""
+                at = f", the first at {', '.join(f'{command:.4g}' for command in inside[:3])} s" if len(inside) else ""
                 raise BadRecording(f"{label} has {len(inside)} shift commands between {start:g} and {stop:g} s{at}",
                                    "Give [shift_command] a level that its channel crosses once (a current that falls "
                                    "below the level and rises again marks several), or another channel; cut files of "
                                    "many engagements by a [trigger], or leave the file out")
             zero = _nearest_sample(tracks, float(inside[0]), label)
-        cut = {name: one.between(start, stop, zero) for name, one in tracks.items()}
-        if any(len(one.time) < 2 or one.time[-1] <= 0 for one in cut.values()):
+        cut = {name: signal.between(start, stop, zero) for name, signal in tracks.items()}
+        if any(len(signal.time) < 2 or signal.time[-1] <= 0 for signal in cut.values()):
             raise BadRecording(f"{label} has no samples after its shift command at {zero:g} s",
                                "Correct [shift_command] or [trigger], or leave the file out")
         recorded = None
@@ -90,8 +90,9 @@ def engagements(source: Source, mapping: ChannelMap, numbers: Numbers, gear_rati
             assert not isinstance(mapping.shifting_time, Marker)
             recorded = numbers.number(source, number, "shifting_time", mapping.shifting_time, zero, stop)
         yield Engagement(label, zero, float(start), cut,
-                         {name: one.between(start, stop, zero) for name, one in further.items()},
-                         numbers.of(source, number, zero, float(stop)), _located(cut, gear_ratio, horizon), recorded)
+                         {name: signal.between(start, stop, zero) for name, signal in further.items()},
+                         numbers.of(source, number, zero, float(stop)),
+                         _locate_lock_up(cut, gear_ratio, horizon), recorded)
 
 
 def _nearest_sample(tracks: Mapping[str, Track], zero: float, label: str) -> float:
@@ -99,7 +100,7 @@ def _nearest_sample(tracks: Mapping[str, Track], zero: float, label: str) -> flo
 
     A clock between the samples would mix neighbours, and calibration and study would misjudge the noise.
     """
-    time = min(tracks.values(), key=lambda one: len(one.time)).time
+    time = min(tracks.values(), key=lambda signal: len(signal.time)).time
     step = float(time[-1] - time[0]) / max(len(time) - 1, 1)
     if not time[0] - step <= zero <= time[-1] + step:
         raise BadRecording(f"The shift command of {label} is at {zero:g} s, and its samples are from {time[0]:g} to "
@@ -107,24 +108,24 @@ def _nearest_sample(tracks: Mapping[str, Track], zero: float, label: str) -> flo
     return float(time[np.argmin(np.abs(time - zero))])
 
 
-def _marked(source: Source, mapping: ChannelMap, marker: Marker, what: str) -> np.ndarray:
-    found = track(source, marker.source, mapping.time, None)
-    marks = instants(marker, found.time, found.values)
+def _read_marks(source: Source, mapping: ChannelMap, marker: Marker, what: str) -> np.ndarray:
+    channel = track(source, marker.source, mapping.time, None)
+    marks = instants(marker, channel.time, channel.values)
     if not len(marks):
         raise BadRecording(
             f"The channel '{marker.source.channel}' of {source.name} never marks a {what}: it lies between "
-            f"{np.nanmin(found.values):g} and {np.nanmax(found.values):g} {found.unit}".rstrip(),
+            f"{np.nanmin(channel.values):g} and {np.nanmax(channel.values):g} {channel.unit}".rstrip(),
             "Correct `above` or `below` in the mapping; they are in the unit of the file")
     return marks
 
 
-def _located(tracks: Mapping[str, Track], gear_ratio: float, horizon: float) -> LockUp | None:
+def _locate_lock_up(tracks: Mapping[str, Track], gear_ratio: float, horizon: float) -> LockUp | None:
     """Lock-up on the clock of the slower speed; None where a speed is missing or has gaps."""
     if not {"input_speed", "output_speed"} <= tracks.keys():
         return None
-    given, other = sorted((tracks["input_speed"], tracks["output_speed"]), key=lambda one: len(one.time))
+    given, other = sorted((tracks["input_speed"], tracks["output_speed"]), key=lambda signal: len(signal.time))
     inside = (given.time >= other.time[0]) & (given.time <= min(horizon, other.time[-1]))
     time = given.time[inside]
-    speeds = {id(one): np.interp(time, one.time, one.values) for one in (given, other)}
+    speeds = {id(signal): np.interp(time, signal.time, signal.values) for signal in (given, other)}
     slip = speeds[id(tracks["input_speed"])] - gear_ratio * speeds[id(tracks["output_speed"])]
     return lock_up(time, slip)

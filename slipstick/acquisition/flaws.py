@@ -44,11 +44,11 @@ def flaws(time: np.ndarray, values: np.ndarray, limits: tuple[float, float] | No
     step = sampling_step(time)
     whole = np.concatenate([time[:1], time[known], time[-1:]])
     missing = np.flatnonzero(np.diff(whole) > GAP * step)
-    found = [Flaw("gap", float(whole[place]), float(whole[place + 1])) for place in missing]
+    entries = [Flaw("gap", float(whole[place]), float(whole[place + 1])) for place in missing]
     time, values = time[known], values[known]
-    found += [Flaw("spike", float(time[place]), float(time[place])) for place in _spikes(values)]
-    found += [Flaw("saturation", float(time[first]), float(time[last])) for first, last in _plateaus(values, limits)]
-    return tuple(found)
+    entries += [Flaw("spike", float(time[place]), float(time[place])) for place in _spikes(values)]
+    entries += [Flaw("saturation", float(time[first]), float(time[last])) for first, last in _plateaus(values, limits)]
+    return tuple(entries)
 
 
 def _spikes(values: np.ndarray) -> np.ndarray:
@@ -68,9 +68,9 @@ def _plateaus(values: np.ndarray, limits: tuple[float, float] | None) -> list[tu
     at = np.abs(values) == np.abs(values).max() if limits is None else (values <= limits[0]) | (values >= limits[1])
     edges = np.diff(np.concatenate([[0], at.astype(np.int8), [0]]))
     runs = zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1, strict=True)
-    found = []
+    plateaus = []
     for first, last in runs:
         sides = [steps[place] for place in (first - 1, last) if 0 <= place < len(steps)]
         if last - first + 1 >= _PLATEAU and (limits is not None or max(sides, default=0.0) > _STEEP * resolution > 0):
-            found.append((int(first), int(last)))
-    return found
+            plateaus.append((int(first), int(last)))
+    return plateaus

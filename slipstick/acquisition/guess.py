@@ -58,25 +58,27 @@ def propose(source: Source, bench: Bench) -> Proposal:
     guesses = {}
     for name in ("time", "pressure", "output_torque", "motor_speed", "input_speed", "output_speed", "current",
                  "oil_temperature"):
-        guesses[name] = _guess(name, [one for one in listed if one.name not in taken])
-        found = guesses[name].channel
-        if found is not None:
-            taken.add(found.name)
+        guesses[name] = _guess(name, [entry for entry in listed if entry.name not in taken])
+        proposed = guesses[name].channel
+        if proposed is not None:
+            taken.add(proposed.name)
     if not needs_time:
         guesses.pop("time")
-    shift, level = _shift_command(source, bench, [one for one in listed if one.name not in taken], guesses["current"])
-    return _written(source, bench, guesses, shift, level)
+    remaining = [entry for entry in listed if entry.name not in taken]
+    shift, level = _shift_command(source, bench, remaining, guesses["current"])
+    return _write_proposal(source, bench, guesses, shift, level)
 
 
 def _guess(name: str, channels: Sequence[Listed]) -> Guess:
-    by_name = [one for one in channels if re.search(_WORDS[name], one.name, re.IGNORECASE if name != "current" else 0)]
-    fitting = [one for one in by_name if _fits(one.unit, _UNITS[name])]
+    by_name = [channel for channel in channels
+               if re.search(_WORDS[name], channel.name, re.IGNORECASE if name != "current" else 0)]
+    fitting = [channel for channel in by_name if _fits(channel.unit, _UNITS[name])]
     if not fitting:
         other = f"; '{by_name[0].name}' has the unit '{by_name[0].unit}'" if by_name else ""
         return Guess(name, None, f"no channel has such a name and unit{other}", False)
-    best = max(fitting, key=lambda one: (bool(one.unit), one.samples))
+    best = max(fitting, key=lambda channel: (bool(channel.unit), channel.samples))
     unit = f" and the unit '{best.unit}'" if best.unit else ", and the file states no unit"
-    rest = [one.name for one in fitting if one is not best]
+    rest = [channel.name for channel in fitting if channel is not best]
     also = f"; {', '.join(rest[:4])} would fit as well" if rest else ""
     return Guess(name, best, f"the name '{best.name}'{unit}{also}", not rest and bool(best.unit))
 
@@ -95,25 +97,25 @@ def _fits(written: str, unit: str) -> bool:
 
 def _shift_command(source: Source, bench: Bench, channels: Sequence[Listed], current: Guess) -> tuple[Guess, float]:
     """A digital channel with such a name, or else the current, and the level through which it rises once."""
-    for one in channels:
-        if re.search(_WORDS["shift_command"], one.name, re.IGNORECASE) and (read := _read(source, one.name)):
+    for channel in channels:
+        if re.search(_WORDS["shift_command"], channel.name, re.IGNORECASE) and (read := _read(source, channel.name)):
             values = np.unique(read.values[np.isfinite(read.values)])
             level = float(values.mean()) if len(values) == 2 else np.nan
-            if _rises(source, one.name, level) == 1:
-                return Guess("shift_command", one, f"the name '{one.name}' and its two values, of which the larger "
-                             "begins once", True), level
-    found, amperes = current.channel, _level_of_rise(bench)
-    if found is None or amperes is None:
-        why = current.reason if found is None else "the current profiles of the bench have no level that marks t = 0"
+            if _rises(source, channel.name, level) == 1:
+                return Guess("shift_command", channel, f"the name '{channel.name}' and its two values, of which the "
+                             "larger begins once", True), level
+    listed, amperes = current.channel, _level_of_rise(bench)
+    if listed is None or amperes is None:
+        why = current.reason if listed is None else "the current profiles of the bench have no level that marks t = 0"
         return Guess("shift_command", None, why, False), np.nan
-    unit = spelled(found.unit) or "A"
+    unit = spelled(listed.unit) or "A"
     level = float(convert(np.array(amperes), "A", unit))
     where = "midway between the currents of the bench before the shift command and the lowest after it"
-    count = _rises(source, found.name, level)
+    count = _rises(source, listed.name, level)
     if count != 1:
-        return Guess("shift_command", None, f"'{found.name}' rises {count} times through {level:.3g} {unit}, {where}",
+        return Guess("shift_command", None, f"'{listed.name}' rises {count} times through {level:.3g} {unit}, {where}",
                      False), level
-    return Guess("shift_command", found, f"{current.reason}; the level is {where}", False), level
+    return Guess("shift_command", listed, f"{current.reason}; the level is {where}", False), level
 
 
 def _level_of_rise(bench: Bench) -> float | None:
@@ -144,7 +146,7 @@ def _read(source: Source, name: str) -> Channel | None:
         return None
 
 
-def _written(source: Source, bench: Bench, guesses: dict[str, Guess], shift: Guess, level: float) -> Proposal:
+def _write_proposal(source: Source, bench: Bench, guesses: dict[str, Guess], shift: Guess, level: float) -> Proposal:
     lines = [f"# Proposed from the names and units of {source.name}. Check every line below a GUESS, and fill in every",
              "# line marked OPEN. docs/your_files.md describes the keys.", ""]
     missing: list[str] = []
@@ -155,7 +157,7 @@ def _written(source: Source, bench: Bench, guesses: dict[str, Guess], shift: Gue
                   *(() if guesses[name].channel else ("# Remove this section if the bench does not measure it",)), ""]
     lines.append("[shift_command]")
     if shift.channel is not None:
-        lines += [f"# GUESS: {shift.reason}", f'channel = "{_quoted(shift.channel.name)}"', f"above = {level:.3g}", ""]
+        lines += [f"# GUESS: {shift.reason}", f'channel = "{_quote(shift.channel.name)}"', f"above = {level:.3g}", ""]
     else:
         missing.append("shift_command")
         lines += [f"# OPEN: {shift.reason}. Name the channel that marks t = 0, or the time in the file",
@@ -172,16 +174,16 @@ def _lines(guess: Guess, unit: str, missing: list[str], key: str = "channel") ->
     if guess.channel is None:
         missing.append(guess.name)
         return [f"# OPEN: {guess.reason}", f'# {key} = "..."', f'# unit = "{unit}"']
-    lines = [f"# GUESS: {guess.reason}", f'{key} = "{_quoted(guess.channel.name)}"']
+    lines = [f"# GUESS: {guess.reason}", f'{key} = "{_quote(guess.channel.name)}"']
     if not guess.channel.unit:
         missing.append(f"unit of {guess.name}")
         return [*lines, f'# OPEN: unit = "{unit}"']
-    if unit == "rad/s" and not _stated(guess.channel.unit, unit):
+    if unit == "rad/s" and not _is_convertible(guess.channel.unit, unit):
         return [*lines, f"# GUESS: '{guess.channel.unit}' are revolutions", 'unit = "rpm"']
     return lines
 
 
-def _stated(written: str, unit: str) -> bool:
+def _is_convertible(written: str, unit: str) -> bool:
     try:
         convert(np.array(1.0), spelled(written), unit)
     except NotAQuantity:
@@ -195,14 +197,14 @@ def _conditions(guesses: dict[str, Guess], bench: Bench, missing: list[str]) -> 
     if len(bench.profiles[0]) > 1:
         if current.channel is not None:
             lines += [f"# GUESS: the profile of the bench that is nearest to the current, {current.reason}",
-                      f'current_profile = {{ channel = "{_quoted(current.channel.name)}" }}']
+                      f'current_profile = {{ channel = "{_quote(current.channel.name)}" }}']
         else:
             missing.append("current_profile")
             lines.append("# OPEN: current_profile = { value = 0 }")
     if motor.channel is not None:
-        rpm = "" if not motor.channel.unit or _stated(motor.channel.unit, "rad/s") else ', unit = "rpm"'
+        rpm = "" if not motor.channel.unit or _is_convertible(motor.channel.unit, "rad/s") else ', unit = "rpm"'
         lines += [f"# GUESS: {motor.reason}; its mean over the engagement",
-                  f'motor_speed = {{ channel = "{_quoted(motor.channel.name)}"{rpm} }}']
+                  f'motor_speed = {{ channel = "{_quote(motor.channel.name)}"{rpm} }}']
     else:
         missing.append("motor_speed")
         lines += [f"# OPEN: {motor.reason}", '# motor_speed = { value = "1500 rpm" }']
@@ -210,5 +212,5 @@ def _conditions(guesses: dict[str, Guess], bench: Bench, missing: list[str]) -> 
     return [*lines, '# OPEN: load_inertia = { value = "1 kg m^2" }', '# OPEN: brake_torque = { value = "10 N m" }']
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     return text.replace("\\", "\\\\").replace('"', '\\"')

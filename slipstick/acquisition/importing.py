@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
-from slipstick.acquisition.alignment import Window, aligned, common_window
+from slipstick.acquisition.alignment import Window, align, common_window
 from slipstick.acquisition.channel import Source
 from slipstick.acquisition.clock import FILTER, JITTER, sampling_step
 from slipstick.acquisition.doubts import doubts
@@ -34,18 +34,18 @@ def import_sources(sources: Iterable[Source], mapping: ChannelMap, bench: Bench,
     numbers = Numbers(mapping, sheet, (bench.profiles[0], bench.profiles[1]))
     gear_ratio = bench.physics.nominal[parameters.index("gear_ratio")]
     horizon = mapping.end if mapping.end is not None else float(bench.profiles[0][:, -1].max())
-    found: list[Engagement] = []
+    candidates: list[Engagement] = []
     formats: dict[str, list[str]] = {}
     for source in sources:
         for remark in source.remarks:
             formats.setdefault(remark, []).append(source.name)
-        found += engagements(source, mapping, numbers, gear_ratio, horizon)
+        candidates += engagements(source, mapping, numbers, gear_ratio, horizon)
         progress(source.name)
-    if not found:
+    if not candidates:
         raise BadRecording("No file was given", "Name the files of the recordings")
     remarks += [f"{names[0] if len(names) == 1 else f'{len(names)} files, {names[0]} first'}: {remark}"
                 for remark, names in formats.items()]
-    return _of_engagements(found, mapping, bench, remarks)
+    return _of_engagements(candidates, mapping, bench, remarks)
 
 
 def _require_conditions(mapping: ChannelMap, bench: Bench) -> list[str]:
@@ -71,29 +71,30 @@ def _require_conditions(mapping: ChannelMap, bench: Bench) -> list[str]:
     return remarks
 
 
-def _of_engagements(found: Sequence[Engagement], mapping: ChannelMap, bench: Bench,
+def _of_engagements(candidates: Sequence[Engagement], mapping: ChannelMap, bench: Bench,
                     remarks: list[str]) -> Imported:
-    window = common_window(found, mapping, bench)
+    window = common_window(candidates, mapping, bench)
     kept, aside = [], []
-    for one in found:
-        reason = _refused(one, window)
+    for engagement in candidates:
+        reason = _defect(engagement, window)
         if reason:
-            aside.append(SetAside(one.label, reason))
+            aside.append(SetAside(engagement.label, reason))
         else:
-            kept.append(one)
+            kept.append(engagement)
     if not kept:
-        raise BadRecording(f"None of the {len(found)} engagements can be used; {aside[0].label}: {aside[0].reason}",
+        raise BadRecording(f"None of the {len(candidates)} engagements can be used; {aside[0].label}: "
+                           f"{aside[0].reason}",
                            "Check the channels (swapped speeds do not meet), the shift command, signs and units in the "
                            "mapping")
     if len(kept) * len(window.time) * len(mapping.signals) > LARGEST:
         raise BadRecording(f"{len(kept)} engagements of {len(window.time):,} samples are more than {LARGEST:,} numbers",
                            "Give a longer clock.step, or a shorter clock.end")
-    signals = Signals(window.time, **{name: aligned([one.tracks[name] for one in kept], window)
+    signals = Signals(window.time, **{name: align([engagement.tracks[name] for engagement in kept], window)
                                       for name in mapping.signals})
     further = {name: FurtherChannel(kept[0].further[name].unit or "1",
-                                    aligned([one.further[name] for one in kept], window))
+                                    align([engagement.further[name] for engagement in kept], window))
                for name in mapping.further}
-    times = np.array([one.measured_time for one in kept], float)
+    times = np.array([engagement.measured_time for engagement in kept], float)
     try:
         conditions = _conditions(kept, bench)
         recordings = Recordings(conditions, times, signals, conditions.run_order,
@@ -103,41 +104,42 @@ def _of_engagements(found: Sequence[Engagement], mapping: ChannelMap, bench: Ben
                            error.remedy) from error
     channels = _channels(kept, mapping)
     return Imported(
-        recordings, tuple(one.label for one in kept), window.step, channels,
-        np.array([one.located.time if one.located else np.nan for one in kept]),
-        np.array([one.located.error if one.located else np.nan for one in kept]), mapping.shifting_time is None,
-        tuple(aside), (*remarks, _shift_commands(kept), *window.remarks, *_remarks(channels, mapping, window.step)),
+        recordings, tuple(engagement.label for engagement in kept), window.step, channels,
+        np.array([engagement.located.time if engagement.located else np.nan for engagement in kept]),
+        np.array([engagement.located.error if engagement.located else np.nan for engagement in kept]),
+        mapping.shifting_time is None, tuple(aside),
+        (*remarks, _shift_commands(kept), *window.remarks, *_remarks(channels, mapping, window.step)),
         doubts(recordings, bench),
         open_questions(signals.names, bench))
 
 
-def _refused(one: Engagement, window: Window) -> str:
+def _defect(engagement: Engagement, window: Window) -> str:
     """Why an engagement cannot be used; empty where it can."""
-    needed = window.end if window.time[-1] > 0 else one.end
-    for name, found in one.tracks.items():
-        near = found.between(-window.step, needed + window.step)
+    needed = window.end if window.time[-1] > 0 else engagement.end
+    for name, signal in engagement.tracks.items():
+        near = signal.between(-window.step, needed + window.step)
         if not len(near.time) or (near.time[0] > 0 and near.time[0] > window.step):
-            return f"{name} ('{found.channel}') has no samples at the shift command"
-        flawed = flaws(near.time, near.values, found.limits)
+            return f"{name} ('{signal.channel}') has no samples at the shift command"
+        flawed = flaws(near.time, near.values, signal.limits)
         if flawed:
             first = flawed[0]
             more = f", and {len(flawed) - 1} more flaws" if len(flawed) > 1 else ""
-            return (f"{name} ('{found.channel}') has a {first.kind} from {first.start:.4g} to {first.end:.4g} s after "
+            return (f"{name} ('{signal.channel}') has a {first.kind} from {first.start:.4g} to {first.end:.4g} s after "
                     f"the shift command{more}")
-    if one.end < window.end - window.step / 2:
-        return f"it ends {one.end:.4g} s after the shift command, and the recordings at {window.end:.4g} s"
-    if one.measured_time is None and not {"input_speed", "output_speed"} <= one.tracks.keys():
+    if engagement.end < window.end - window.step / 2:
+        return f"it ends {engagement.end:.4g} s after the shift command, and the recordings at {window.end:.4g} s"
+    if engagement.measured_time is None and not {"input_speed", "output_speed"} <= engagement.tracks.keys():
         return "no shifting time is recorded, and to compute it both speeds are needed"
-    if one.measured_time is None:
+    if engagement.measured_time is None:
         return "no lock-up: no shifting time is recorded, and the speeds do not meet"
-    if one.measured_time <= 0 or one.measured_time > window.profile_end:
-        return f"its shifting time of {one.measured_time:.4g} s is not within its current profile"
+    if engagement.measured_time <= 0 or engagement.measured_time > window.profile_end:
+        return f"its shifting time of {engagement.measured_time:.4g} s is not within its current profile"
     return ""
 
 
 def _conditions(kept: Sequence[Engagement], bench: Bench) -> Conditions:
     def column(name: str) -> np.ndarray:
-        return np.array([one.numbers.get(name, 0.0) for one in kept])
+        return np.array([engagement.numbers.get(name, 0.0) for engagement in kept])
 
     profile = column("current_profile")
     wrong = np.flatnonzero((profile != np.round(profile)) | (profile < 0) | (profile >= len(bench.profiles[0])))
@@ -154,21 +156,21 @@ def _conditions(kept: Sequence[Engagement], bench: Bench) -> Conditions:
 
 
 def _channels(kept: Sequence[Engagement], mapping: ChannelMap) -> tuple[MappedChannel, ...]:
-    found = []
+    channels = []
     for name, ref in {**mapping.signals, **mapping.further}.items():
-        tracks = [(one.tracks if name in mapping.signals else one.further)[name] for one in kept]
-        found.append(MappedChannel(
+        tracks = [(engagement.tracks if name in mapping.signals else engagement.further)[name] for engagement in kept]
+        channels.append(MappedChannel(
             name, ref.channel, tracks[0].stated, tracks[0].unit, ref.sign,
-            float(np.median([sampling_step(one.time) for one in tracks if len(one.time) > 1] or [np.nan])),
-            min(float(np.nanmin(one.values, initial=np.inf)) for one in tracks),
-            max(float(np.nanmax(one.values, initial=-np.inf)) for one in tracks),
-            next((one.note for one in tracks if one.note), "")))
-    return tuple(found)
+            float(np.median([sampling_step(signal.time) for signal in tracks if len(signal.time) > 1] or [np.nan])),
+            min(float(np.nanmin(signal.values, initial=np.inf)) for signal in tracks),
+            max(float(np.nanmax(signal.values, initial=-np.inf)) for signal in tracks),
+            next((signal.note for signal in tracks if signal.note), "")))
+    return tuple(channels)
 
 
 def _shift_commands(kept: Sequence[Engagement]) -> str:
     """Where t = 0 was put."""
-    first, after = kept[0], [one.zero - one.begin for one in kept]
+    first, after = kept[0], [engagement.zero - engagement.begin for engagement in kept]
     others = f"; in all engagements, {min(after):.4g} to {max(after):.4g} s after the first sample"
     return (f"t = 0 was put at {first.zero:.6g} s on the clock of {first.label}, {after[0]:.4g} s after its first "
             f"sample at {first.begin:.6g} s{others if len(kept) > 1 else ''}")
@@ -176,19 +178,19 @@ def _shift_commands(kept: Sequence[Engagement]) -> str:
 
 def _remarks(channels: Sequence[MappedChannel], mapping: ChannelMap, step: float) -> tuple[str, ...]:
     """Where the unit of the mapping takes the place of another one in the files, and how clocks were changed."""
-    found = []
-    for one in channels:
-        if one.note:
-            found.append(f"{one.name} ('{one.channel}'): {one.note}")
-        written = {**mapping.signals, **mapping.further}[one.name].unit
-        if written and one.stated and spelled(written) != spelled(one.stated):
-            found.append(f"{one.name}: the files state the unit {one.stated} for '{one.channel}', the mapping "
-                         f"{written}: that of the mapping was used")
-    faster = [one.name for one in channels if one.step * JITTER < step]
+    lines = []
+    for channel in channels:
+        if channel.note:
+            lines.append(f"{channel.name} ('{channel.channel}'): {channel.note}")
+        written = {**mapping.signals, **mapping.further}[channel.name].unit
+        if written and channel.stated and spelled(written) != spelled(channel.stated):
+            lines.append(f"{channel.name}: the files state the unit {channel.stated} for '{channel.channel}', the "
+                         f"mapping {written}: that of the mapping was used")
+    faster = [channel.name for channel in channels if channel.step * JITTER < step]
     if faster:
-        found.append(f"{', '.join(faster)}: sampled faster than the common clock, and brought to it by {FILTER}")
-    slower = [one.name for one in channels if one.step > step * JITTER]
+        lines.append(f"{', '.join(faster)}: sampled faster than the common clock, and brought to it by {FILTER}")
+    slower = [channel.name for channel in channels if channel.step > step * JITTER]
     if slower:
-        found.append(f"{', '.join(slower)}: sampled slower than the common clock, and interpolated linearly between "
+        lines.append(f"{', '.join(slower)}: sampled slower than the common clock, and interpolated linearly between "
                      "samples")
-    return tuple(found)
+    return tuple(lines)

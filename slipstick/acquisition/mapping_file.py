@@ -121,7 +121,7 @@ def _marker(section: Section, other: str = "") -> Marker:
 
 def _number(conditions: Section, key: str, unit: str) -> NumberSource:
     section = conditions.section(key)
-    stated = [one for one in _SOURCES if one in section.values]
+    stated = [key for key in _SOURCES if key in section.values]
     if len(stated) != 1:
         raise conditions.error(key, f"{'more than one' if stated else 'no'} source is given",
                                "Give one of value, name (a group of the pattern), column (of the plan) and channel")

@@ -50,18 +50,18 @@ class Numbers:
         if isinstance(given, Constant):
             return given.value
         if isinstance(given, FromName):
-            found = self.mapping.pattern.search(source.name) if self.mapping.pattern else None
-            if found is None or found[given.group] is None:
+            match = self.mapping.pattern.search(source.name) if self.mapping.pattern else None
+            if match is None or match[given.group] is None:
                 raise BadRecording(f"The name '{source.name}' does not match conditions.pattern of {self.mapping.name}",
                                    "Rename the file, correct the pattern, or leave the file out")
-            text = found[given.group]
+            text = match[given.group]
             return _value(text, "," if "," in text else ".", given.unit, unit,
                           f"'{given.group}' in the name '{source.name}'")
         if isinstance(given, FromColumn):
             return self._cell(source.name, engagement, given, unit)
         if name == "current_profile":
             return float(self._nearest_profile(source, given, start, end))
-        mean = np.nanmean(_inside(source, given, self.mapping, unit, start, end).values)
+        mean = np.nanmean(_read_between(source, given, self.mapping, unit, start, end).values)
         return float(mean)
 
     def _cell(self, file: str, engagement: int, given: FromColumn, unit: str) -> float:
@@ -77,14 +77,15 @@ class Numbers:
 
     def _nearest_profile(self, source: Source, given: ChannelRef, start: float, end: float) -> int:
         """The current profile that the measured current follows; refused where no profile is clearly nearest."""
-        best, away, apart = self._follows(_inside(source, given, self.mapping, "A", start, end), start)
+        best, away, apart = self._follows(_read_between(source, given, self.mapping, "A", start, end), start)
         if away < apart:
             return best
         # From another instant on, it may follow one; of the end of an engagement, too little is left to tell.
-        whole = _inside(source, given, self.mapping, "A", start - float(self.profiles[0].max()), end).known()
+        whole = _read_between(source, given, self.mapping, "A", start - float(self.profiles[0].max()), end).known()
         starts = whole.time[:len(whole.time) // 2 + 1]
-        tried = [(self._follows(whole.between(one, end), one), one) for one in starts[::len(starts) // _STARTS + 1]]
-        (other, off, limit), begin = min(tried, key=lambda one: one[0][1] - one[0][2])
+        tried = [(self._follows(whole.between(begin, end), begin), begin)
+                 for begin in starts[::len(starts) // _STARTS + 1]]
+        (other, off, limit), begin = min(tried, key=lambda candidate: candidate[0][1] - candidate[0][2])
         raise BadRecording(
             f"The current '{given.channel}' of {source.name} follows no current profile of the bench: from the shift "
             f"command at {start:.4g} s on, it is {away:.3g} A off profile {best}, the nearest",
@@ -149,12 +150,12 @@ class Plan:
         return cls(name, tuple(headings), names, rows, "," if with_comma else ".")
 
 
-def _inside(source: Source, given: ChannelRef, mapping: ChannelMap, unit: str, start: float, end: float) -> Track:
-    found = track(source, given, mapping.time, unit).between(start, end)
-    if not np.any(np.isfinite(found.values)):
+def _read_between(source: Source, given: ChannelRef, mapping: ChannelMap, unit: str, start: float, end: float) -> Track:
+    channel = track(source, given, mapping.time, unit).between(start, end)
+    if not np.any(np.isfinite(channel.values)):
         raise BadRecording(f"The channel '{given.channel}' of {source.name} has no values from {start:g} to {end:g} s",
                            "Map another channel, or leave the file out")
-    return found
+    return channel
 
 
 def _rms(values: np.ndarray) -> np.ndarray:

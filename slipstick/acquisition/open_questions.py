@@ -15,20 +15,20 @@ def open_questions(signals: Collection[str], bench: Bench) -> tuple[str, ...]:
     if not missing:
         return ()
     can = open_blocks(signals)
-    closed = [f"{block} ({_listed([name for name in missing if name in its])})" for block, its in NEEDED.items()
+    closed = [f"{block} ({_join([name for name in missing if name in needed])})" for block, needed in NEEDED.items()
               if block not in can]
     study = "A study tests no block, because none has the signals at both of its ends. It says whether the " \
             "simulation of the whole bench explains the recordings, and which effects would. A block needs the " \
             "pressure, or the output torque and a speed"
     if can:
-        study = (f"A study tests the block{'s' if len(can) > 1 else ''} {_listed(can)}. It cannot test "
-                 f"{_listed(closed)}, which need what is in brackets")
+        study = (f"A study tests the block{'s' if len(can) > 1 else ''} {_join(can)}. It cannot test "
+                 f"{_join(closed)}, which need what is in brackets")
     calibration = "A calibration uses the signals that there are, and lists the parameters that they do not determine"
     if "pressure" in missing and set(_LINKED) <= set(bench.uncertain):
-        calibration += f". Without pressure {_listed(_LINKED)} cannot be told apart, only products and ratios of them"
-    return (f"{_listed(missing)} not mapped: the recordings hold {_listed(list(signals))} only", study, calibration)
+        calibration += f". Without pressure {_join(_LINKED)} cannot be told apart, only products and ratios of them"
+    return (f"{_join(missing)} not mapped: the recordings hold {_join(list(signals))} only", study, calibration)
 
 
-def _listed(names: Collection[str]) -> str:
+def _join(names: Collection[str]) -> str:
     *most, last = names
     return f"{', '.join(most)} and {last}" if most else last

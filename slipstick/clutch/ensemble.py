@@ -130,7 +130,7 @@ def shifting_times(model: Model, conditions: Conditions, axes: Sequence[str] = (
 
     A multiplier scales the parameter value of the model; without points the model is simulated as it is (m = 1).
     """
-    response = simulate(model.converter, *_scaled(model, axes, points), conditions, None, accuracy, threads,
+    response = simulate(model.converter, *_scale(model, axes, points), conditions, None, accuracy, threads,
                         laws=model.laws)
     return response.shifting_time, response.status
 
@@ -138,7 +138,7 @@ def shifting_times(model: Model, conditions: Conditions, axes: Sequence[str] = (
 def signals(model: Model, conditions: Conditions, sample_times: np.ndarray, axes: Sequence[str] = (),
             points: np.ndarray | None = None, accuracy: Accuracy = DEFAULT, threads: int | None = None) -> Response:
     """As `shifting_times`, with all signals at `sample_times` (k,) in s."""
-    return simulate(model.converter, *_scaled(model, axes, points), conditions, sample_times, accuracy, threads,
+    return simulate(model.converter, *_scale(model, axes, points), conditions, sample_times, accuracy, threads,
                     laws=model.laws)
 
 
@@ -178,7 +178,7 @@ def _paired_input_speed(converter: Converter, vectors: np.ndarray,
     return initial, np.zeros(len(vectors), np.int64)
 
 
-def _scaled(model: Model, axes: Sequence[str], points: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+def _scale(model: Model, axes: Sequence[str], points: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
     multipliers = np.ones((1, len(axes))) if points is None else np.asarray(points, float)
     if multipliers.ndim != 2 or multipliers.shape[1] != len(axes):
         raise InvalidValue(f"Points of shape {multipliers.shape} do not fit {len(axes)} axes",

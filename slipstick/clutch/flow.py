@@ -45,7 +45,7 @@ from slipstick.clutch.lanes import (
 
 
 @inlined
-def _decayed(b, i, duration, e1, e2):
+def _decay(b, i, duration, e1, e2):
     """Deviations of the pressure and its rate after a `duration` in s, by series that are exact to 1e-11.
 
     They are for durations up to half of VALVE_TIME.
@@ -63,7 +63,7 @@ def _decayed(b, i, duration, e1, e2):
 
 
 @inlined
-def _returned(b, i, duration, g, held, rise):
+def _relax_piston(b, i, duration, g, held, rise):
     """The rest g of the piston state after a `duration` in s, driven by `held` and its `rise` per s."""
     z = b[PISTON_RETURN + i] * duration  # second = (e^-z - 1 + z) / z^2, without a division by a weak spring
     second = 1 / 2 - z * (1 / 6 - z * (1 / 24 - z * (1 / 120 - z * (1 / 720 - z * (1 / 5040 - z * (1 / 40320 - z * (
@@ -73,7 +73,7 @@ def _returned(b, i, duration, g, held, rise):
 
 
 @inlined
-def _after(b, i, duration, time, pressure, pressure_rate, piston_state):
+def _advance(b, i, duration, time, pressure, pressure_rate, piston_state):
     """The three states of lane i a `duration` in s after they have been given ones at a `time` in s."""
     own, of_rate = b[PISTON_FROM_PRESSURE + i], b[PISTON_FROM_RATE + i]
     current = b[SEGMENT_CURRENT + i] + b[SEGMENT_SLOPE + i] * (time - b[SEGMENT_TIME + i])
@@ -82,10 +82,10 @@ def _after(b, i, duration, time, pressure, pressure_rate, piston_state):
               + (b[FORCE + LANES + i] + b[PRESSURE_DAMPING + i] * b[FORCE + i]) * b[INVERSE_STIFFNESS + i])
     steady_rate = rise - b[FORCE + i]
     e1, e2 = pressure - steady, pressure_rate - steady_rate
-    f1, f2 = _decayed(b, i, duration, e1, e2)
+    f1, f2 = _decay(b, i, duration, e1, e2)
     held = (b[PISTON_PRESSURE + i] * (steady - b[PRESSURE_BIAS + i]) + b[PISTON_PRESSURE_RATE + i] * steady_rate
             + b[FORCE + 2 * LANES + i])
-    g = _returned(b, i, duration, piston_state - own * e1 - of_rate * e2, held, b[PISTON_PRESSURE + i] * rise)
+    g = _relax_piston(b, i, duration, piston_state - own * e1 - of_rate * e2, held, b[PISTON_PRESSURE + i] * rise)
     return steady + rise * duration + f1, steady_rate + f2, own * f1 + of_rate * f2 + g
 
 
@@ -94,9 +94,9 @@ def flow(b):
     """Set MIDPOINT and the first three rows of END: the states in the middle and at the end of the step."""
     for i in range(LANES):
         half, time = 0.5 * b[STEP + i], b[TIME + i]
-        x1, x2, x3 = _after(b, i, half, time, b[START + i], b[START + LANES + i], b[START + 2 * LANES + i])
+        x1, x2, x3 = _advance(b, i, half, time, b[START + i], b[START + LANES + i], b[START + 2 * LANES + i])
         b[MIDPOINT + i], b[MIDPOINT + LANES + i], b[MIDPOINT + 2 * LANES + i] = x1, x2, x3
-        x1, x2, x3 = _after(b, i, half, time + half, x1, x2, x3)
+        x1, x2, x3 = _advance(b, i, half, time + half, x1, x2, x3)
         b[END + i], b[END + LANES + i], b[END + 2 * LANES + i] = x1, x2, x3
 
 
@@ -131,18 +131,18 @@ def change_stage(b, stage):
                 k = s * LANES + i
                 b[STAGE + k] += 0.5 * b[STEP + i] * b[FORCE_MIDDLE + k]
         elif stage == 2:
-            x1, x2, x3 = _carried(b, i, b[FORCE_LAST + i], b[FORCE_LAST + LANES + i], b[FORCE_LAST + 2 * LANES + i])
+            x1, x2, x3 = _carry(b, i, b[FORCE_LAST + i], b[FORCE_LAST + LANES + i], b[FORCE_LAST + 2 * LANES + i])
             b[STAGE + i] += b[STEP + i] * x1
             b[STAGE + LANES + i] += b[STEP + i] * x2
             b[STAGE + 2 * LANES + i] += b[STEP + i] * x3
 
 
 @inlined
-def _carried(b, i, d1, d2, d3):
+def _carry(b, i, d1, d2, d3):
     """A change of the three states in the middle of the step, at its end."""
     half, own, of_rate = 0.5 * b[STEP + i], b[PISTON_FROM_PRESSURE + i], b[PISTON_FROM_RATE + i]
-    f1, f2 = _decayed(b, i, half, d1, d2)
-    return f1, f2, own * f1 + of_rate * f2 + _returned(b, i, half, d3 - own * d1 - of_rate * d2, 0.0, 0.0)
+    f1, f2 = _decay(b, i, half, d1, d2)
+    return f1, f2, own * f1 + of_rate * f2 + _relax_piston(b, i, half, d3 - own * d1 - of_rate * d2, 0.0, 0.0)
 
 
 @kernel
@@ -165,7 +165,7 @@ def finish_change(b):
     """Add the integral of the change of the force to the states in the middle and at the end of the step."""
     for i in range(LANES):
         sixth = 1 / 6 * b[STEP + i]
-        x1, x2, x3 = _carried(b, i, b[FORCE_MIDDLE + i], b[FORCE_MIDDLE + LANES + i], b[FORCE_MIDDLE + 2 * LANES + i])
+        x1, x2, x3 = _carry(b, i, b[FORCE_MIDDLE + i], b[FORCE_MIDDLE + LANES + i], b[FORCE_MIDDLE + 2 * LANES + i])
         b[END + i] += sixth * (2.0 * x1 + b[FORCE_LAST + i])
         b[END + LANES + i] += sixth * (2.0 * x2 + b[FORCE_LAST + LANES + i])
         b[END + 2 * LANES + i] += sixth * (2.0 * x3 + b[FORCE_LAST + 2 * LANES + i])
@@ -178,8 +178,8 @@ def finish_change(b):
 def flow_to(b, i, fraction):
     """Move the first three states of lane i to a `fraction` of its step."""
     half, time = 0.5 * fraction * b[STEP + i], b[TIME + i]
-    x1, x2, x3 = _after(b, i, half, time, b[START + i], b[START + LANES + i], b[START + 2 * LANES + i])
-    x1, x2, x3 = _after(b, i, half, time + half, x1, x2, x3)
+    x1, x2, x3 = _advance(b, i, half, time, b[START + i], b[START + LANES + i], b[START + 2 * LANES + i])
+    x1, x2, x3 = _advance(b, i, half, time + half, x1, x2, x3)
     b[START + i], b[START + LANES + i], b[START + 2 * LANES + i] = x1, x2, x3
     for s in range(3):  # the change of the force is a parabola through 0, its mean in the middle, and its last value
         k = s * LANES + i

@@ -33,8 +33,8 @@ def to_csv(columns: Sequence[Column]) -> str:
     """A row for each point, with headings such as `output_speed [rad/s]`."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(f"{one.name} [{one.unit}]" for one in columns)
-    writer.writerows(zip(*(map(repr, one.values) for one in columns), strict=True))
+    writer.writerow(f"{column.name} [{column.unit}]" for column in columns)
+    writer.writerows(zip(*(map(repr, column.values) for column in columns), strict=True))
     return text.getvalue()
 
 
@@ -42,8 +42,8 @@ def to_mat(columns: Sequence[Column], **more: str | bool) -> bytes:
     """A MATLAB file: a row vector for each column, its unit as text under its name with `_unit`, and what is `more`."""
     from scipy.io import savemat  # here, because loading it takes longer than the rest of a model
 
-    content = {**{one.name: np.array(one.values) for one in columns}, **more,
-               **{f"{one.name}_unit": one.unit for one in columns}}
+    content = {**{column.name: np.array(column.values) for column in columns}, **more,
+               **{f"{column.name}_unit": column.unit for column in columns}}
     file = io.BytesIO()
     savemat(file, content, oned_as="row")  # type: ignore[arg-type]
     return file.getvalue()

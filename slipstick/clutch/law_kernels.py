@@ -63,12 +63,12 @@ def terms(laws: Sequence[MeasuredLaw]) -> np.ndarray:
     first value, groups of `LAW_GROUP` segments, and start, inverse width and change of each segment."""
     numbers = np.zeros(1 + len(laws) * LAW_SIZE)
     numbers[0] = len(laws)
-    for law, one in zip(laws, numbers[1:].reshape(len(laws), LAW_SIZE), strict=True):
+    for law, block in zip(laws, numbers[1:].reshape(len(laws), LAW_SIZE), strict=True):
         segments = np.column_stack([law.at[:-1], 1 / np.diff(law.at), np.diff(law.change)])
         dependence = {**_ROWS, **_CODES}[law.depends_on]
         groups = -(-len(segments) // LAW_GROUP)
-        one[:LAW_HEAD] = QUANTITY_ROW[law.quantity], dependence, law.relative, law.change[0], groups
-        one[LAW_HEAD:LAW_HEAD + segments.size] = segments.ravel()
+        block[:LAW_HEAD] = QUANTITY_ROW[law.quantity], dependence, law.relative, law.change[0], groups
+        block[LAW_HEAD:LAW_HEAD + segments.size] = segments.ravel()
     return numbers
 
 

@@ -29,7 +29,8 @@ class _Library(WideLibrary):
         """Make machine code of the variables of environments only: modules share them by their names."""
         self._finalize_dynamic_globals()
         self._verify_declare_only_symbols()
-        variables = [one.name for one in self._final_module.global_variables if one.name.startswith(_ENVIRONMENT)]
+        variables = [variable.name for variable in self._final_module.global_variables
+                     if variable.name.startswith(_ENVIRONMENT)]
         lines = [f'@"{name}" = common global i64 0' for name in variables]  # pointers have no notation of all versions
         self._codegen._add_module(binding.parse_assembly("\n".join(lines)))
         self._codegen._engine.finalize_object()

@@ -15,12 +15,12 @@ def with_sensor_laws(readings: Mapping[str, np.ndarray], true: Mapping[str, np.n
 
     A law depends on the `true` signals (..., n, k), on the time, or on what the conditions state.
     """
-    found = dict(readings)
+    changed = dict(readings)
     order = np.zeros(len(conditions)) if conditions.run_order is None else conditions.run_order
     known = {"time": sample_times, "motor speed": conditions.motor_speed[:, None], "run order": order[:, None],
              **{name.replace("_", " "): signal for name, signal in true.items()}}
     for law in (law for law in laws if law.of_sensor):
         name = law.quantity.removesuffix(" sensor").replace(" ", "_")
         change = np.interp(known[law.depends_on], law.at, law.change)
-        found[name] = found[name] * (1 + change) if law.relative else found[name] + change
-    return found
+        changed[name] = changed[name] * (1 + change) if law.relative else changed[name] + change
+    return changed

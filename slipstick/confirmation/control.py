@@ -3,8 +3,8 @@
 from collections.abc import Collection
 
 from slipstick.clutch import effects
-from slipstick.confirmation.fit import SimulationFit, above, fit_simulation
-from slipstick.confirmation.promised import promised
+from slipstick.confirmation.fit import SimulationFit, fit_simulation, refit_above
+from slipstick.confirmation.promised import estimate_likelihoods
 from slipstick.confirmation.terms import Terms
 
 
@@ -14,10 +14,10 @@ def control(before: SimulationFit, quantities: Collection[str]) -> tuple[str, Si
     An effect that a study may also find under one of these is the named one, or resembles it. Effects are ranked by the
     linear mixed model about that fit. None where all effects are excluded.
     """
-    gained = promised(before, [one for one in effects.CATALOGUE
-                               if not {quantity for quantity, _ in one.pairs} & set(quantities)])
+    gained = estimate_likelihoods(before, [effect for effect in effects.CATALOGUE
+                                           if not {quantity for quantity, _ in effect.pairs} & set(quantities)])
     if not gained:
         return None
     name, block = max(gained, key=gained.__getitem__), before.block
-    found = fit_simulation(block.traces, Terms(block.scene.bench, (name,)), before.fitted.points, widest=block.widest)
-    return name, found if found.evidence.sum() > before.evidence.sum() else above(found, before)
+    fit = fit_simulation(block.traces, Terms(block.scene.bench, (name,)), before.fitted.points, widest=block.widest)
+    return name, fit if fit.evidence.sum() > before.evidence.sum() else refit_above(fit, before)

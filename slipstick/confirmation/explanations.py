@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from slipstick.clutch.effects import Effect
-from slipstick.confirmation.fit import SimulationFit, above, fit_simulation
-from slipstick.confirmation.promised import promised
+from slipstick.confirmation.fit import SimulationFit, fit_simulation, refit_above
+from slipstick.confirmation.promised import estimate_likelihoods
 from slipstick.confirmation.schema import DOCUMENTED
 from slipstick.confirmation.worth import Worth, worth
 from slipstick.naming.selection import in_errors, is_enough, leads
@@ -46,20 +46,20 @@ class Explanation:
 def explanations(fit: SimulationFit, effects: Iterable[Effect], settings: NamingSettings) -> list[Explanation]:
     """Those of the `effects` that gain enough beside the terms of a fit, that which gains most first."""
     block = fit.block
-    gained = promised(fit, effects)
-    found = []
-    for name in sorted(gained, key=lambda one: -gained[one])[:_FITTED]:
+    gained = estimate_likelihoods(fit, effects)
+    extensions = []
+    for name in sorted(gained, key=lambda effect: -gained[effect])[:_FITTED]:
         terms = replace(block.terms, effects=(*block.terms.effects, name))
-        its = fit_simulation(block.traces, terms, fit.fitted.points, widest=block.widest)
-        its = its if is_enough(its.evidence - fit.evidence, settings) else above(its, fit)
-        if is_enough(its.evidence - fit.evidence, settings):
-            found.append((name, its))
-    found.sort(key=lambda one: -float(one[1].evidence.sum()))
+        extended = fit_simulation(block.traces, terms, fit.fitted.points, widest=block.widest)
+        extended = extended if is_enough(extended.evidence - fit.evidence, settings) else refit_above(extended, fit)
+        if is_enough(extended.evidence - fit.evidence, settings):
+            extensions.append((name, extended))
+    extensions.sort(key=lambda extension: -float(extension[1].evidence.sum()))
 
-    def told(name: str, its: SimulationFit) -> Explanation:
-        gain, best, left = its.evidence - fit.evidence, found[0][1], its.usual_chi_square
-        tied = its is not best and not leads(best.evidence, its.evidence, settings)
+    def describe(name: str, extended: SimulationFit) -> Explanation:
+        gain, best, left = extended.evidence - fit.evidence, extensions[0][1], extended.usual_chi_square
+        tied = extended is not best and not leads(best.evidence, extended.evidence, settings)
         is_left = any(left[signal] > settings.strong for signal in block.traces.signals)
-        return Explanation(name, float(gain.sum()), in_errors(gain), tied, left, not is_left, worth(its, name))
+        return Explanation(name, float(gain.sum()), in_errors(gain), tied, left, not is_left, worth(extended, name))
 
-    return [told(*one) for one in found]
+    return [describe(*extension) for extension in extensions]

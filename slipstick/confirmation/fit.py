@@ -7,7 +7,7 @@ import numpy as np
 import scipy
 
 from slipstick.confirmation.simulated import FINE, SimulatedBench
-from slipstick.confirmation.starts import About, searched, shared_of
+from slipstick.confirmation.starts import About, search_start, shared_of
 from slipstick.confirmation.terms import Terms
 from slipstick.confirmation.traces import TIME, Traces
 from slipstick.naming.curved import CurvedFit, fit_curved
@@ -53,14 +53,14 @@ class SimulationFit:
         That is the geometric mean over the engagements of the mean squared residual of a signal. For the shifting time,
         of which an engagement has one value, it is the median, over that of chi-square with one degree of freedom.
         """
-        traces, found = self.block.traces, {}
+        traces, chi_squares = self.block.traces, {}
         squares = (self.block.measured - self.fitted.predicted) ** 2 * self.block.counted
         for name, columns in traces.columns.items():
             each = squares[:, columns].sum(axis=1) / np.maximum(self.block.counted[:, columns].sum(axis=1), 1)
             usual = np.median(each) / scipy.stats.chi2(1).median() if name == TIME else np.exp(
                 np.log(np.maximum(each, _LEAST)).mean())
-            found[name] = float(usual) * traces.noise[name] ** 2
-        return found
+            chi_squares[name] = float(usual) * traces.noise[name] ** 2
+        return chi_squares
 
     @property
     def covariance(self) -> np.ndarray:
@@ -68,9 +68,9 @@ class SimulationFit:
         gram, q = self.fitted.fitted.marginal, len(self.block.random)
         bread, solution = self.fitted.fitted.covariance, self.fitted.fitted.coefficients
         scores = gram[:, :-1, -1] - gram[:, :-1, :-1] @ solution
-        found = (bread @ (scores.T @ scores) @ bread)[q:, q:]
-        spans = np.array([one.span for one in self.block.terms.unknowns])
-        return np.asarray(found * np.outer(spans, spans))
+        covariance = (bread @ (scores.T @ scores) @ bread)[q:, q:]
+        spans = np.array([unknown.span for unknown in self.block.terms.unknowns])
+        return np.asarray(covariance * np.outer(spans, spans))
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -91,7 +91,7 @@ def fit_simulation(traces: Traces, terms: Terms, points: np.ndarray, shared: np.
     """
     block = SimulatedBench(traces, terms, widest)
     if shared is None:
-        points, shared = searched(block, points)
+        points, shared = search_start(block, points)
     return SimulationFit(block, fit_curved(block, points=points, shared=shared, iterations=_ITERATIONS))
 
 
@@ -101,7 +101,7 @@ def polished(fit: SimulationFit) -> SimulationFit:
     return SimulationFit(block, fit_curved(block, start=fit.fitted, shared=fit.fitted.shared, iterations=_ITERATIONS))
 
 
-def given_back(nested: SimulationFit, terms: Terms) -> SimulationFit:
+def fit_given_back(nested: SimulationFit, terms: Terms) -> SimulationFit:
     """The fit with more `terms` than the `nested` fit has, from where its parameters give back what they have taken.
 
     Where an effect differs between engagements, such as a friction that drifts, their parameters make it good. No step
@@ -111,15 +111,15 @@ def given_back(nested: SimulationFit, terms: Terms) -> SimulationFit:
     return fit_simulation(nested.block.traces, terms, *about.start(terms, about.taken(terms)), nested.block.widest)
 
 
-def extended(nested: SimulationFit, terms: Terms, points: np.ndarray) -> SimulationFit:
+def fit_extended(nested: SimulationFit, terms: Terms, points: np.ndarray) -> SimulationFit:
     """The better fit with `terms`, of which the `nested` fit has none, from two starts.
 
-    One is that of `given_back`, the other at `points` (n, q) that were estimated beside measured laws of the terms.
+    One is that of `fit_given_back`, the other at `points` (n, q) that were estimated beside measured laws of the terms.
     They hold the constant up to which a law is known: the mean of the parameters gives it back.
     """
     about, traces, widest = _about(nested), nested.block.traces, nested.block.widest
     taken = about.taken(terms)
-    beside_laws = searched(SimulatedBench(traces, terms, widest), points, taken.mean(axis=0))
+    beside_laws = search_start(SimulatedBench(traces, terms, widest), points, taken.mean(axis=0))
     return best([fit_simulation(traces, terms, *begun, widest) for begun in (beside_laws, about.start(terms, taken))])
 
 
@@ -137,13 +137,13 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
     enough also starts from the fit nested in it, and the fit without terms also starts where that with them ended.
     Noise is that which the fit with all terms leaves, in all of them.
     """
-    def raised(after: SimulationFit, nested: SimulationFit) -> SimulationFit:
-        return after if is_enough(after.evidence - nested.evidence) else above(after, nested)
+    def refit_unless_enough(after: SimulationFit, nested: SimulationFit) -> SimulationFit:
+        return after if is_enough(after.evidence - nested.evidence) else refit_above(after, nested)
 
     bare = replace(terms, effects=(), laws=())
     whole = first = fit_simulation(traces, bare, points)
     if terms.names:
-        whole = raised(extended(first, terms, points), first)
+        whole = refit_unless_enough(fit_extended(first, terms, points), first)
     traces = traces.with_noise(traces.mean_squares(traces.measured - whole.fitted.predicted))
     before = now = fit_simulation(traces, bare, first.fitted.points)
     left = list(terms.names)
@@ -152,17 +152,17 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
         for name in left:
             more = terms.only((*now.block.terms.names, name))
             begun = fit_simulation(traces, more, whole.fitted.points, shared_of(whole.block, whole.fitted.shared, more))
-            tried[name] = raised(begun, now)
+            tried[name] = refit_unless_enough(begun, now)
         enough = [name for name in left if is_enough(tried[name].evidence - now.evidence)]
         if not enough:
             break
-        name = max(enough, key=lambda one: float(tried[one].evidence.sum()))
+        name = max(enough, key=lambda term: float(tried[term].evidence.sum()))
         now = tried[name]
         left.remove(name)
     if now is before:
         return before, now
     again = fit_simulation(traces, bare, now.fitted.points)
-    return (before, now) if best([before, again]) is before else (again, raised(now, again))
+    return (before, now) if best([before, again]) is before else (again, refit_unless_enough(now, again))
 
 
 def with_scatter_of(after: SimulationFit, before: SimulationFit) -> list[SimulationFit]:
@@ -176,7 +176,7 @@ def with_scatter_of(after: SimulationFit, before: SimulationFit) -> list[Simulat
             for mean in (after.fitted.mean, before.fitted.mean)]
 
 
-def above(after: SimulationFit, before: SimulationFit) -> SimulationFit:
+def refit_above(after: SimulationFit, before: SimulationFit) -> SimulationFit:
     """The fit `after`, or a better one that starts where `before` ended, whose model is nested in it.
 
     Raises `AssertionError` if all are below `before`.
@@ -185,12 +185,12 @@ def above(after: SimulationFit, before: SimulationFit) -> SimulationFit:
     block = SimulatedBench(before.block.traces, terms, after.block.widest, before.block.steps)
     neutral = shared_of(before.block, begun.shared, block.terms)
     again = SimulationFit(block, fit_curved(block, start=begun, shared=neutral, iterations=_ITERATIONS))
-    found = best([after, again, given_back(before, terms)])
-    if found.evidence.sum() < before.evidence.sum() - _ROUNDING:
+    highest = best([after, again, fit_given_back(before, terms)])
+    if highest.evidence.sum() < before.evidence.sum() - _ROUNDING:
         raise AssertionError("A fit with more terms is below the fit without them, which is nested in it")
-    return found
+    return highest
 
 
 def best(fits: Sequence[SimulationFit]) -> SimulationFit:
     """The fit of the largest evidence."""
-    return max(fits, key=lambda one: float(one.evidence.sum()))
+    return max(fits, key=lambda fit: float(fit.evidence.sum()))

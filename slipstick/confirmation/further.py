@@ -65,57 +65,57 @@ def further(right: SimulationFit, other: SimulationFit, rival: str) -> list[Furt
     `rival` is the name of the other fit.
     """
     given = right.block.scene.recordings.conditions
-    conditions, recorded = _candidates(given)
-    here, there = (_elsewhere(one, conditions) for one in (right, other))
-    points = [np.tile(one.fitted.mean, (len(conditions), 1)) for one in (right, other)]
-    for block, one in ((here, right), (there, other)):
-        block.at(one.fitted.shared)
-    mine, its = here.base(points[0]), there.base(points[1])
-    locks = np.all(np.abs(mine - its) < 1e5, axis=1)
-    own, _ = there.columns(points[1], (), its)
-    left = mine - its
+    conditions, recorded = _list_candidates(given)
+    here, there = (_move_elsewhere(fit, conditions) for fit in (right, other))
+    points = [np.tile(fit.fitted.mean, (len(conditions), 1)) for fit in (right, other)]
+    for block, fit in ((here, right), (there, other)):
+        block.at(fit.fitted.shared)
+    by_right, by_other = here.base(points[0]), there.base(points[1])
+    locks = np.all(np.abs(by_right - by_other) < 1e5, axis=1)
+    own, _ = there.columns(points[1], (), by_other)
+    left = by_right - by_other
     weighted = own * np.sqrt(other.fitted.variance)[:, None]
     inner = np.eye(own.shape[1]) + weighted @ weighted.transpose(0, 2, 1)
     through = np.linalg.solve(inner, weighted @ left[:, :, None])
     left = left - (weighted.transpose(0, 2, 1) @ through)[..., 0]
-    square = np.where(locks, (left * (mine - its)).sum(axis=1), 0.0)
-    found, kinds = list[FurtherExperiment](), set[tuple[int, float]]()
+    square = np.where(locks, (left * (by_right - by_other)).sum(axis=1), 0.0)
+    experiments, kinds = list[FurtherExperiment](), set[tuple[int, float]]()
     for place in np.argsort(-square, kind="stable"):
         kind = int(conditions.current_profile[place]), float(conditions.motor_speed[place])
-        if kind in kinds or len(found) == _KINDS or square[place] <= 0:
+        if kind in kinds or len(experiments) == _KINDS or square[place] <= 0:
             continue
         kinds.add(kind)
         shares = {name: float((left[place, columns] ** 2).sum()) for name, columns in here.traces.columns.items()}
         runs = int(np.ceil(4 * _ERRORS**2 / square[place]))
-        found.append(FurtherExperiment(
+        experiments.append(FurtherExperiment(
             rival, *kind, float(conditions.load_inertia[place]), float(conditions.brake_torque[place]),
             bool(recorded[place]), float(np.sqrt(square[place])), max(shares, key=shares.__getitem__),
             runs if runs <= _MOST else None))
-    return found
+    return experiments
 
 
-def _candidates(given: Conditions) -> tuple[Conditions, np.ndarray]:
+def _list_candidates(given: Conditions) -> tuple[Conditions, np.ndarray]:
     """Conditions of all profiles at a few levels, up to a fifth beyond the recorded ones, and which are recorded."""
     levels = [np.unique(np.quantile(getattr(given, name), np.linspace(0, 1, _LEVELS), method="nearest"))
               for name in _FACTORS]
-    wide = [np.unique([one[0] * _BEYOND[0], *one, one[-1] * _BEYOND[1]]) for one in levels]
+    wide = [np.unique([values[0] * _BEYOND[0], *values, values[-1] * _BEYOND[1]]) for values in levels]
     rows = list(product(range(len(given.profile_time)), *wide))
     first = [int(np.argmax(given.current_profile == row[0])) for row in rows]
     columns = dict(zip(_FACTORS, np.array([row[1:] for row in rows]).T, strict=True))
-    found = replace(given.take(first), current_profile=np.array([row[0] for row in rows]), **columns)
-    known = {tuple(one) for one in zip(given.current_profile.tolist(), *(getattr(given, name).tolist()
-                                                                         for name in _FACTORS), strict=True)}
-    return found, np.array([(row[0], *map(float, row[1:])) in known for row in rows])
+    candidates = replace(given.take(first), current_profile=np.array([row[0] for row in rows]), **columns)
+    known = {tuple(condition) for condition in zip(given.current_profile.tolist(), *(
+        getattr(given, name).tolist() for name in _FACTORS), strict=True)}
+    return candidates, np.array([(row[0], *map(float, row[1:])) in known for row in rows])
 
 
-def _elsewhere(one: SimulationFit, conditions: Conditions) -> SimulatedBench:
+def _move_elsewhere(fit: SimulationFit, conditions: Conditions) -> SimulatedBench:
     """The simulation of a fit under other conditions."""
-    block, scene = one.block, one.block.scene
+    block, scene = fit.block, fit.block.scene
     nothing = np.zeros((len(conditions), len(scene.time)))
     empty = Signals(scene.time, **dict.fromkeys(block.traces.signals, nothing))
     recordings = Recordings(conditions, np.full(len(conditions), scene.time[-1]), empty)
-    some = replace(scene, recordings=recordings, smooth={}, order=None)
+    unmeasured = replace(scene, recordings=recordings, smooth={}, order=None)
     blank = np.zeros((len(conditions), block.measured.shape[1]))
-    traces = Traces(some, blank, np.ones(blank.shape, bool), block.traces.noise, block.traces.clocks,
+    traces = Traces(unmeasured, blank, np.ones(blank.shape, bool), block.traces.noise, block.traces.clocks,
                     block.traces.converter, conditions)
     return SimulatedBench(traces, block.terms)

@@ -80,45 +80,45 @@ class Closure:
 
 def folds(conditions: Conditions, seed: int) -> list[np.ndarray]:
     """Rows (n,) of the experiments to leave out: those of a motor speed, then those of a current profile."""
-    found = []
+    left_out = []
     for column in (conditions.motor_speed, conditions.current_profile):
         levels = np.unique(column)
         if _FEWEST <= len(levels) < len(column):
-            found += [column == level for level in levels]
-    if not found:
+            left_out += [column == level for level in levels]
+    if not left_out:
         place = np.random.default_rng(seed).permutation(len(conditions)) % _RANDOM_FOLDS
-        found = [place == fold for fold in range(_RANDOM_FOLDS)]
-    return found
+        left_out = [place == fold for fold in range(_RANDOM_FOLDS)]
+    return left_out
 
 
-def predict(found: SimulationFit, seed: int) -> Prediction:
+def predict(fit: SimulationFit, seed: int) -> Prediction:
     """Predict every experiment by the fits without it, the mean over the folds that leave it out."""
-    block, scene, q = found.block, found.block.scene, len(found.block.random)
-    n, linear = len(scene), found.fitted.fitted
+    block, scene, q = fit.block, fit.block.scene, len(fit.block.random)
+    n, linear = len(scene), fit.fitted.fitted
     square, time, count = np.zeros((n, len(block.traces.channels))), np.zeros(n), np.zeros(n)
     whole, within = solve(linear.gram, linear.marginal.sum(axis=0)).coefficients, np.zeros(n)
     for rows in folds(scene.recordings.conditions, seed):
         # The change by the engagements that are left out is linear; the fit itself need not be where its linear
         # model points to, because a model that lacks an effect may not come to rest.
         others = solve(linear.gram, linear.marginal[~rows].sum(axis=0)).coefficients
-        within[rows] += _within(found, others)[rows]
+        within[rows] += _mean_squares_within(fit, others)[rows]
         change = others - whole
-        mean, shared = found.fitted.mean + change[:q], found.fitted.shared + change[q:]
+        mean, shared = fit.fitted.mean + change[:q], fit.fitted.shared + change[q:]
         response = block.respond(np.tile(mean, (n, 1)), shared)
-        square[rows] += _squares(found, response)[rows]
-        time[rows] += found.block.traces.times(response)[rows]
+        square[rows] += _squares(fit, response)[rows]
+        time[rows] += fit.block.traces.times(response)[rows]
         count[rows] += 1
     # Draws in common would leave the mean variance of all engagements as uncertain as that of one.
-    drawn = np.random.default_rng(seed).standard_normal((_DRAWS, n, q)) * np.sqrt(found.fitted.variance)
-    scattered = [block.respond(found.fitted.mean + one, found.fitted.shared) for one in drawn]
-    noise = np.full(n, min(1.0, float(_within(found, whole).mean())))  # no more than what the fit leaves
+    drawn = np.random.default_rng(seed).standard_normal((_DRAWS, n, q)) * np.sqrt(fit.fitted.variance)
+    scattered = [block.respond(fit.fitted.mean + draw, fit.fitted.shared) for draw in drawn]
+    noise = np.full(n, min(1.0, float(_mean_squares_within(fit, whole).mean())))  # no more than what the fit leaves
     return Prediction((*block.traces.channels, WITHIN), np.column_stack([square, within]) / count[:, None],
-                      np.column_stack([_variances(found, scattered), noise]), time / count)
+                      np.column_stack([_variances(fit, scattered), noise]), time / count)
 
 
 def closures(before: Prediction, after: Prediction, seed: int) -> dict[str, Closure]:
     """What is closed of the gap of each channel."""
-    n, found = len(before.square), {}
+    n, closed = len(before.square), {}
     drawn = np.random.default_rng(seed).multinomial(n, np.full(n, 1 / n), _BOOTSTRAP) / n
     for at, name in enumerate(before.channels):
         wide, narrow, expected = before.square[:, at], after.square[:, at], after.variance[:, at]
@@ -128,33 +128,33 @@ def closures(before: Prediction, after: Prediction, seed: int) -> dict[str, Clos
         share = 1 - (narrow - expected).mean() / (wide - expected).mean()
         lower, upper = np.quantile(shares, (_TAIL, 1 - _TAIL)).tolist()
         rms = (float(np.sqrt(values.mean())) for values in (wide, narrow, expected))
-        found[name] = Closure(*rms, *((float(share), lower, upper) if sure else (None, None, None)))
-    return found
+        closed[name] = Closure(*rms, *((float(share), lower, upper) if sure else (None, None, None)))
+    return closed
 
 
-def _within(found: SimulationFit, coefficients: np.ndarray) -> np.ndarray:
+def _mean_squares_within(fit: SimulationFit, coefficients: np.ndarray) -> np.ndarray:
     """Mean squares (n,) of all whitened residuals at `coefficients` (c - 1,), the random effects integrated out."""
-    linear = found.fitted.fitted
+    linear = fit.fitted.fitted
     squares = -2 * likelihood(linear.marginal, np.zeros(len(linear.marginal)), coefficients)
-    return np.asarray(squares / found.block.counted.sum(axis=1))
+    return np.asarray(squares / fit.block.counted.sum(axis=1))
 
 
-def _squares(found: SimulationFit, response: Response) -> np.ndarray:
+def _squares(fit: SimulationFit, response: Response) -> np.ndarray:
     """Mean squared errors (n, c) of a simulation."""
-    scene, values = found.block.scene, []
-    for name in found.block.traces.signals:
+    scene, values = fit.block.scene, []
+    for name in fit.block.traces.signals:
         left = scene.measured(name) - np.nan_to_num(getattr(response, name))
         values.append((left**2).mean(axis=1))
-    return np.stack([*values, (scene.recordings.measured_time - found.block.traces.times(response)) ** 2], axis=1)
+    return np.stack([*values, (scene.recordings.measured_time - fit.block.traces.times(response)) ** 2], axis=1)
 
 
-def _variances(found: SimulationFit, scattered: list[Response]) -> np.ndarray:
+def _variances(fit: SimulationFit, scattered: list[Response]) -> np.ndarray:
     """Variances (n, c) of simulations with other parameters, and of the sensors' noise.
 
     Differences of neighbouring samples tell the noise roughly. It is no more than what the fit leaves.
     """
-    traces, values = found.block.traces, []
-    left = _squares(found, found.block.respond(found.fitted.points, found.fitted.shared)).mean(axis=0)
+    traces, values = fit.block.traces, []
+    left = _squares(fit, fit.block.respond(fit.fitted.points, fit.fitted.shared)).mean(axis=0)
     for name, most in zip(traces.signals, left, strict=False):
         drawn = np.array([np.nan_to_num(getattr(response, name)) for response in scattered])
         values.append(drawn.var(axis=0, ddof=1).mean(axis=1) + min(traces.scene.noise[name][0] ** 2, most))

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from slipstick.clutch.laws import MOST_LAWS, MeasuredLaw
-from slipstick.confirmation.fit import SimulationFit, best, extended, fit_simulation
+from slipstick.confirmation.fit import SimulationFit, best, fit_extended, fit_simulation
 from slipstick.confirmation.starts import shared_of
 from slipstick.naming.selection import priced
 
@@ -36,9 +36,9 @@ def with_measured_laws(formulas: SimulationFit, before: SimulationFit, laws: Map
         shared = shared_of(now.block, now.fitted.shared, swapped)
         factor = swapped.unknowns[-1]
         shared[-1] = (factor.typical - factor.neutral) / factor.span
-        found = fit_simulation(now.block.traces, swapped, points, shared)
-        if is_better(found, now, len(law.change)):
+        with_law = fit_simulation(now.block.traces, swapped, points, shared)
+        if is_better(with_law, now, len(law.change)):
             formula = replace(terms, effects=(*others, effect))
-            again = extended(before, formula, found.fitted.points)
-            now = found if is_better(found, best([now, again]), len(law.change)) else again
+            again = fit_extended(before, formula, with_law.fitted.points)
+            now = with_law if is_better(with_law, best([now, again]), len(law.change)) else again
     return now

@@ -61,12 +61,13 @@ class SimulatedBench:
         self.steps = self.step, self.share = steps
         self.traces, self.terms, self.scene = traces, terms, traces.scene
         self.measured, self.counted = traces.measured, traces.counted
-        self.fixed: tuple[str, ...] = tuple(f"{one.term}: {one.name}" for one in terms.unknowns)
+        self.fixed: tuple[str, ...] = tuple(f"{unknown.term}: {unknown.name}" for unknown in terms.unknowns)
         self.random_std, scatter = (np.array(values) for values in zip(*RANDOM.values(), strict=True))
         self.widest = scatter if widest is None else widest
         self.fixed_std = np.full(len(self.fixed), _WIDE)
         self.shared = np.zeros(len(self.fixed))
-        ends = [((one.lower - one.neutral) / one.span, (one.upper - one.neutral) / one.span) for one in terms.unknowns]
+        ends = [((unknown.lower - unknown.neutral) / unknown.span, (unknown.upper - unknown.neutral) / unknown.span)
+                for unknown in terms.unknowns]
         self.bounds = np.array(ends).reshape(-1, 2).T
 
     def at(self, shared: np.ndarray) -> None:
@@ -76,8 +77,10 @@ class SimulatedBench:
     def values(self, shared: np.ndarray) -> np.ndarray:
         """The coefficients (p,) in their units, within their bounds."""
         unknowns = self.terms.unknowns
-        values = [one.neutral + one.span * move for one, move in zip(unknowns, np.nan_to_num(shared), strict=True)]
-        return np.asarray(np.clip(values, [one.lower for one in unknowns], [one.upper for one in unknowns]))
+        values = [unknown.neutral + unknown.span * move
+                  for unknown, move in zip(unknowns, np.nan_to_num(shared), strict=True)]
+        return np.asarray(np.clip(values, [unknown.lower for unknown in unknowns],
+                                  [unknown.upper for unknown in unknowns]))
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """The rows (n, K) at `points` (n, q)."""
@@ -85,21 +88,21 @@ class SimulatedBench:
 
     def part(self, points: np.ndarray, shared: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
         """The rows (n, K) of the engagements `rows` (n,) alone, and 0 of the others."""
-        its = SimulatedBench(self.traces.of_engagements(rows), self.terms, self.widest)
-        found = np.zeros_like(self.measured)
-        found[rows] = its.rows_at(points[None, rows], shared)[0]
-        return found
+        block = SimulatedBench(self.traces.of_engagements(rows), self.terms, self.widest)
+        predicted = np.zeros_like(self.measured)
+        predicted[rows] = block.rows_at(points[None, rows], shared)[0]
+        return predicted
 
     def rows_at(self, points: np.ndarray, shared: np.ndarray) -> np.ndarray:
         """The rows (s, n, K) at s sets of `points` (s, n, q) relative to nominal."""
         at_once = max(1, _AT_ONCE // points.shape[1])
 
-        def some(first: int) -> np.ndarray:
-            its = points[first:first + at_once]
-            rows = self.traces.simulated(self.respond(its.reshape(-1, its.shape[-1]), shared))
-            return rows.reshape(len(its), points.shape[1], -1)
+        def simulate(first: int) -> np.ndarray:
+            batch = points[first:first + at_once]
+            rows = self.traces.simulated(self.respond(batch.reshape(-1, batch.shape[-1]), shared))
+            return rows.reshape(len(batch), points.shape[1], -1)
 
-        return np.concatenate(mapped(some, range(0, len(points), at_once)))
+        return np.concatenate(mapped(simulate, range(0, len(points), at_once)))
 
     def respond(self, points: np.ndarray, shared: np.ndarray) -> ensemble.Response:
         """The simulated engagements at `points` (m, q) relative to nominal, of the n conditions again and again."""
@@ -125,13 +128,13 @@ class SimulatedBench:
         """Derivatives (n, p, K) with respect to the coefficients, inwards at an upper bound."""
         if not self.fixed:
             return np.zeros((len(points), 0, self.measured.shape[1]))
-        found = []
+        columns = []
         for unit in np.eye(len(self.fixed)):
             moved = self.shared + self.share * unit
             inside = np.all(self.values(moved) != self.values(self.shared), where=unit > 0)
             step = self.share if inside else -self.share
-            found.append((self.rows_at(points[None], self.shared + step * unit)[0] - predicted) / step)
-        return np.stack(found, axis=1)
+            columns.append((self.rows_at(points[None], self.shared + step * unit)[0] - predicted) / step)
+        return np.stack(columns, axis=1)
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """Independent with unit variance."""

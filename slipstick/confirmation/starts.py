@@ -16,8 +16,8 @@ _LINEAR = 0.1
 """Share of a change up to which derivatives are believed: next to lock-up speeds are far from linear in parameters."""
 
 
-def searched(block: SimulatedBench, points: np.ndarray,
-             taken: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+def search_start(block: SimulatedBench, points: np.ndarray,
+                 taken: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Parameters (n, q) that differ between engagements as `points` do, and coefficients (p,) that suit them.
 
     The coefficients are over their spans: for one term after the other the multiple of its typical values that fits.
@@ -29,12 +29,12 @@ def searched(block: SimulatedBench, points: np.ndarray,
     for place, term in enumerate(block.terms.names):
         tried = []
         for multiple in _MULTIPLES:
-            moved, its = shared + _typical(block.terms, term, multiple), points - multiple * taken[:, place]
+            moved, shifted = shared + _typical(block.terms, term, multiple), points - multiple * taken[:, place]
             block.at(moved)
             # The median does not mind a few engagements that no start suits.
-            each = (((block.measured - block.base(its)) * block.counted) ** 2).sum(axis=1)
-            tried.append((float(np.median(each)), moved, its))
-        _, shared, points = min(tried, key=lambda one: one[0])
+            each = (((block.measured - block.base(shifted)) * block.counted) ** 2).sum(axis=1)
+            tried.append((float(np.median(each)), moved, shifted))
+        _, shared, points = min(tried, key=lambda trial: trial[0])
     return points, shared
 
 
@@ -70,12 +70,12 @@ class About:
         """
         columns = [self.column(terms, term) for term in self._new(terms)]
         products = self.beside(np.stack(columns, axis=1)).products
-        q, its, std = self.own.shape[1], slice(-1 - len(columns), -1), np.sqrt(self.fitted.variance)
-        own, onto = products[:, :q, :q] * np.outer(std, std), products[:, :q, its] * std[:, None]
-        off = np.maximum(_LINEAR**2 * np.einsum("ntt->nt", products[:, its, its]), 1.0)
-        found = [np.linalg.solve(own + off[:, t, None, None] * np.eye(q), onto[:, :, t:t + 1])
-                 for t in range(len(columns))]
-        return np.asarray(std[:, None] * np.concatenate(found, axis=2))
+        q, new, std = self.own.shape[1], slice(-1 - len(columns), -1), np.sqrt(self.fitted.variance)
+        own, onto = products[:, :q, :q] * np.outer(std, std), products[:, :q, new] * std[:, None]
+        off = np.maximum(_LINEAR**2 * np.einsum("ntt->nt", products[:, new, new]), 1.0)
+        changes = [np.linalg.solve(own + off[:, t, None, None] * np.eye(q), onto[:, :, t:t + 1])
+                   for t in range(len(columns))]
+        return np.asarray(std[:, None] * np.concatenate(changes, axis=2))
 
     def start(self, terms: Terms, taken: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Parameters (n, q) and coefficients (p,) of `terms`, of which parameters can make `taken` (n, q, t) good.
@@ -86,7 +86,7 @@ class About:
         """
         std = np.sqrt(self.fitted.variance)
         each = taken / std[:, None]
-        regressors, values = (one - one.mean(axis=0) for one in (each, self.fitted.points / std))
+        regressors, values = (array - array.mean(axis=0) for array in (each, self.fitted.points / std))
         multiples = np.linalg.lstsq(regressors.reshape(-1, taken.shape[2]), values.reshape(-1), rcond=None)[0]
         shared = shared_of(self.block, self.fitted.shared, terms)
         for term, multiple in zip(self._new(terms), multiples, strict=True):
@@ -106,5 +106,6 @@ def shared_of(block: SimulatedBench, shared: np.ndarray, terms: Terms) -> np.nda
 
 def _typical(terms: Terms, term: str, multiple: float = 1.0) -> np.ndarray:
     """A multiple of the typical coefficients of a term within their bounds, and 0 for others (p,), over their spans."""
-    return np.array([(np.clip(one.neutral + multiple * (one.typical - one.neutral), one.lower, one.upper) - one.neutral)
-                     / one.span if one.term == term else 0.0 for one in terms.unknowns])
+    return np.array([(np.clip(unknown.neutral + multiple * (unknown.typical - unknown.neutral), unknown.lower,
+                              unknown.upper) - unknown.neutral) / unknown.span
+                     if unknown.term == term else 0.0 for unknown in terms.unknowns])

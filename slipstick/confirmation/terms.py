@@ -43,15 +43,16 @@ class Terms:
     @property
     def unknowns(self) -> tuple[Unknown, ...]:
         """The coefficients of all effects, then a factor for each law."""
-        found = []
+        unknowns = []
         for name in self.effects:
-            for one in effects.find(name).on(self.bench.scales).coefficients:
+            for coefficient in effects.find(name).on(self.bench.scales).coefficients:
                 # A shape coefficient with a single admissible value does not move.
-                found.append(Unknown(name, one.name, one.unit, one.typical if one.shape else one.neutral, one.lower,
-                                     one.upper, one.typical))
+                neutral = coefficient.typical if coefficient.shape else coefficient.neutral
+                unknowns.append(Unknown(name, coefficient.name, coefficient.unit, neutral, coefficient.lower,
+                                        coefficient.upper, coefficient.typical))
         for law in self.laws:
-            found.append(Unknown(f"{law.quantity} ~ {law.depends_on}", "factor", "1", 0.0, -_MOST, _MOST, 1.0))
-        return tuple(found)
+            unknowns.append(Unknown(f"{law.quantity} ~ {law.depends_on}", "factor", "1", 0.0, -_MOST, _MOST, 1.0))
+        return tuple(unknowns)
 
     @property
     def names(self) -> tuple[str, ...]:

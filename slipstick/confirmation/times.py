@@ -14,7 +14,7 @@ from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.schema import DOCUMENTED
 from slipstick.confirmation.starts import About
 from slipstick.naming.bases import between, between_knots, hats
-from slipstick.naming.evidence import FOLDS, held_out
+from slipstick.naming.evidence import FOLDS, hold_out
 from slipstick.naming.grams import estimate
 from slipstick.naming.selection import in_errors, is_enough
 from slipstick.naming.settings import NamingSettings
@@ -72,22 +72,22 @@ def times_over(fit: SimulationFit, settings: NamingSettings, seed: int) -> list[
     n = len(scene)
     folds = np.random.default_rng(seed).permutation(np.arange(n) % FOLDS)
     bare = estimate(about.beside(np.zeros((n, 0, fit.block.measured.shape[1]))), fit.fitted.variance)
-    reference, _ = held_out(bare, folds)
+    reference, _ = hold_out(bare, folds)
     unit = 1e3 * _LARGE * float(scene.recordings.measured_time.mean())
-    found = []
+    changes = []
     for name, values, count in _conditions(fit, settings):
         knots, basis = between_knots(values, count), between(values, count)
         columns = np.zeros((n, basis.shape[1], fit.block.measured.shape[1]))
         columns[:, :, -1] = 1e-3 * unit / fit.block.traces.time_noise * basis
         fitted = estimate(about.beside(columns), fit.fitted.variance)
-        gain = held_out(fitted, folds)[0] - reference
+        gain = hold_out(fitted, folds)[0] - reference
         onto = unit * (np.eye(len(knots)) - hats(values, knots).mean(axis=0))[:, 1:]
-        its = slice(-basis.shape[1], None)
-        change, covariance = onto @ fitted.coefficients[its], onto @ fitted.covariance[its, its] @ onto.T
-        found.append(TimesOver(name, _UNITS[name], knots.tolist(), change.tolist(),
-                               np.sqrt(np.diag(covariance)).tolist(), float(gain.sum()), in_errors(gain),
-                               is_enough(gain, settings)))
-    return found
+        added = slice(-basis.shape[1], None)
+        change, covariance = onto @ fitted.coefficients[added], onto @ fitted.covariance[added, added] @ onto.T
+        changes.append(TimesOver(name, _UNITS[name], knots.tolist(), change.tolist(),
+                                np.sqrt(np.diag(covariance)).tolist(), float(gain.sum()), in_errors(gain),
+                                is_enough(gain, settings)))
+    return changes
 
 
 def _conditions(fit: SimulationFit, settings: NamingSettings) -> Iterator[tuple[str, np.ndarray, int]]:

@@ -24,15 +24,15 @@ class Worth:
     """Root-mean-square change of each measured signal, in standard deviations of its noise."""
 
 
-def worth(found: SimulationFit, term: str) -> Worth:
+def worth(fit: SimulationFit, term: str) -> Worth:
     """The difference that the `term` (an effect or a measured law) makes in a fitted simulation."""
-    block, scene = found.block, found.block.scene
+    block, scene = fit.block, fit.block.scene
     rest = block.terms.only([name for name in block.terms.names if name != term])
-    kept = [place for place, one in enumerate(block.terms.unknowns) if one.term != term]
+    kept = [place for place, unknown in enumerate(block.terms.unknowns) if unknown.term != term]
     other = SimulatedBench(block.traces, rest)
-    points = np.tile(found.fitted.mean, (len(scene), 1))
-    there = block.respond(points, found.fitted.shared)
-    gone = other.respond(points, found.fitted.shared[kept])
+    points = np.tile(fit.fitted.mean, (len(scene), 1))
+    there = block.respond(points, fit.fitted.shared)
+    gone = other.respond(points, fit.fitted.shared[kept])
     change = 1e3 * (there.shifting_time - gone.shifting_time)
     change = change[np.isfinite(change)] if np.isfinite(change).any() else np.zeros(1)
     squares = {name: np.nanmean((getattr(there, name) - getattr(gone, name)) ** 2) for name in block.traces.signals}

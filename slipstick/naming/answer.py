@@ -40,7 +40,8 @@ def names(pair: Pair, catalogue: Collection[str] | None = None) -> tuple[str, ..
 
 def next_best(pair: Pair, others: Sequence[Rival]) -> Rival | None:
     """The one of `others` that gains most, of those that no effect of the catalogue changes together with a `pair`."""
-    return max((one for one in others if is_another_effect(one.pair, pair)), key=lambda one: one.nats, default=None)
+    return max((rival for rival in others if is_another_effect(rival.pair, pair)), key=lambda rival: rival.nats,
+               default=None)
 
 
 def is_another_effect(pair: Pair, other: Pair) -> bool:

@@ -36,9 +36,9 @@ class Choice:
 
     def near(self, best: Gain) -> list[Gain]:
         """Those that a full fit may put before the best one of some blocks in the linear model."""
-        others = [one for one in self.ranked if one is not best and set(one.blocks) & set(best.blocks)]
-        return [one for one in others if one.nats.sum() > NEAR * best.nats.sum()
-                or in_errors(best.nats - one.nats) < 2 * self.settings.apart][:self.settings.rivals]
+        others = [gain for gain in self.ranked if gain is not best and set(gain.blocks) & set(best.blocks)]
+        return [gain for gain in others if gain.nats.sum() > NEAR * best.nats.sum()
+                or in_errors(best.nats - gain.nats) < 2 * self.settings.apart][:self.settings.rivals]
 
     def settled(self, best: Gain, near: Sequence[Gain]) -> tuple[Finding, dict[str, BlockFit]]:
         """The finding among the best pair and others `near` it, and the fits of the blocks that it changes.
@@ -47,90 +47,92 @@ class Choice:
         on. A pair that acts on several blocks must do better than pairs of their own: two names are asked for where
         they explain enough more than one. What is chosen in one of these blocks is then chosen without the joint pair.
         """
-        those = [self._tried(one) for one in (best, *near)]
-        most = max(one.nats for one in those)
-        those = [self._finest(one) if one.nats > NEAR * most else one for one in those]
-        those.sort(key=attrgetter("nats"), reverse=True)
+        trials = [self._try(gain) for gain in (best, *near)]
+        most = max(trial.nats for trial in trials)
+        trials = [self._refine(trial) if trial.nats > NEAR * most else trial for trial in trials]
+        trials.sort(key=attrgetter("nats"), reverse=True)
         # What few engagements show counts only if nothing else of that size is shown.
-        large = [one for one in those if one.nats > NEAR * those[0].nats]
-        enough = [one for one in large if self._is_enough(one)]
-        chosen = self._usual_before_rare(enough) if enough else those[0]
-        apart = [self._tried(one) for one in _apart(chosen.one, self.ranked)] if len(chosen.one.blocks) > 1 else []
-        if len(apart) > 1 and is_enough(np.sum([one.rise for one in apart], axis=0) - chosen.rise, self.settings):
-            own = max([one for one in apart if self._is_enough(one)] or apart, key=attrgetter("nats")).one
-            alone = replace(self, ranked=[one for one in self.ranked if one is not chosen.one],
-                            known={pair: one for pair, one in self.known.items() if one is not chosen})
+        large = [trial for trial in trials if trial.nats > NEAR * trials[0].nats]
+        enough = [trial for trial in large if self._is_enough(trial)]
+        chosen = self._put_usual_before_rare(enough) if enough else trials[0]
+        winner = chosen.one
+        apart = [self._try(gain) for gain in _split(winner, self.ranked)] if len(winner.blocks) > 1 else []
+        if len(apart) > 1 and is_enough(np.sum([trial.rise for trial in apart], axis=0) - chosen.rise, self.settings):
+            own = max([trial for trial in apart if self._is_enough(trial)] or apart, key=attrgetter("nats")).one
+            alone = replace(self, ranked=[gain for gain in self.ranked if gain is not winner],
+                            known={pair: trial for pair, trial in self.known.items() if trial is not chosen})
             return alone.settled(own, alone.near(own))
-        others = [one for one in those if one is not chosen and self._is_enough(one)]
+        others = [trial for trial in trials if trial is not chosen and self._is_enough(trial)]
         chosen = to_the_end(self.fits, chosen)
-        for name in chosen.one.blocks:
+        for name in winner.blocks:
             block = self.fits[name].block
-            block.finer = {**block.finer, chosen.one.pair: chosen.finer}
-        tied = rivals(chosen.rise, [(one.rise, one.one.pair) for one in others], self.settings)
+            block.finer = {**block.finer, winner.pair: chosen.finer}
+        tied = rivals(chosen.rise, [(trial.rise, trial.one.pair) for trial in others], self.settings)
         finding = replace(chosen.finding, rivals=tied, next_best=self._next_best(chosen),
-                          rare=with_constant_lag(chosen.one.pair) not in self.usual)
-        more = uneven(finding, self.compared, self.settings)
+                          rare=with_constant_lag(winner.pair) not in self.usual)
+        more = find_uneven(finding, self.compared, self.settings)
         return replace(finding, rivals=(*finding.rivals, *more)), chosen.its
 
-    def _usual_before_rare(self, those: Sequence[Tried]) -> Tried:
-        """The first of `those`, or where that is a rare pair the first usual one that it does not lead."""
-        usual = [one for one in those if one.one.pair in self.usual]
-        return next((one for one in usual if not leads(those[0].rise, one.rise, self.settings)), those[0])
+    def _put_usual_before_rare(self, trials: Sequence[Tried]) -> Tried:
+        """The first of `trials`, or where that is a rare pair the first usual one that it does not lead."""
+        usual = [trial for trial in trials if trial.one.pair in self.usual]
+        return next((trial for trial in usual if not leads(trials[0].rise, trial.rise, self.settings)), trials[0])
 
-    def _tried(self, one: Gain) -> Tried:
-        if one.pair not in self.known:
-            self.ask(one)
-            block = self.fits[one.blocks[0]].block
-            found = tried(self.fits, one, block.finer.get(one.pair, 0))
+    def _try(self, gain: Gain) -> Tried:
+        if gain.pair not in self.known:
+            self.ask(gain)
+            block = self.fits[gain.blocks[0]].block
+            trial = tried(self.fits, gain, block.finer.get(gain.pair, 0))
             # An error of a sensor has few numbers, and must compete with the freedom of others.
-            most = finest(block, one.pair) if has_few_numbers(one.pair) else 0
-            self.known[one.pair] = finer_while(found, most, self._doubled, self.settings.nats)
-        return self.known[one.pair]
+            most = finest(block, gain.pair) if has_few_numbers(gain.pair) else 0
+            self.known[gain.pair] = finer_while(trial, most, self._double, self.settings.nats)
+        return self.known[gain.pair]
 
-    def _finest(self, one: Tried) -> Tried:
+    def _refine(self, trial: Tried) -> Tried:
         """A pair with as many knots as gain more than a share, where it leaves something in its blocks.
 
         One of few numbers has been tried with more already.
         """
-        if not has_few_numbers(one.one.pair) and any(
-                is_unexplained(one.its[name].chi2, self.fits[name].chi2, self.settings) for name in one.one.blocks):
-            most = finest(self.fits[one.one.blocks[0]].block, one.one.pair)
-            self.known[one.one.pair] = finer_while(one, most, self._doubled, self.settings.nats, self.settings.further)
-        return self.known[one.one.pair]
+        pair, blocks = trial.one.pair, trial.one.blocks
+        if not has_few_numbers(pair) and any(
+                is_unexplained(trial.its[name].chi2, self.fits[name].chi2, self.settings) for name in blocks):
+            most = finest(self.fits[blocks[0]].block, pair)
+            self.known[pair] = finer_while(trial, most, self._double, self.settings.nats, self.settings.further)
+        return self.known[pair]
 
-    def _doubled(self, one: Tried) -> Tried:
-        return tried(self.fits, one.one, one.finer + 1)
+    def _double(self, trial: Tried) -> Tried:
+        return tried(self.fits, trial.one, trial.finer + 1)
 
-    def _is_enough(self, one: Tried) -> bool:
-        return is_enough_with(self.fits, one.its, one.finding, self.settings)
+    def _is_enough(self, trial: Tried) -> bool:
+        return is_enough_with(self.fits, trial.its, trial.finding, self.settings)
 
     def _next_best(self, chosen: Tried) -> Rival | None:
         """The pair that gains most after the one that was chosen, in its blocks, of those that are another effect.
 
         The lead over a pair that was not fitted in full is the one in the linear model.
         """
-        found = [Rival(pair, one.nats, in_errors(chosen.rise - one.rise))
-                 for pair, one in self.known.items()]
-        for one in self.compared:
-            if one.pair not in self.known and set(one.blocks) <= set(chosen.one.blocks):
-                ahead = chosen.one.nats - one.nats
-                found.append(Rival(one.pair, float((chosen.rise - ahead).sum()), in_errors(ahead)))
-        is_usual = chosen.one.pair in self.usual
-        return next_best(chosen.one.pair, [one for one in found if one.pair in self.usual or not is_usual])
+        best = chosen.one
+        behind = [Rival(pair, trial.nats, in_errors(chosen.rise - trial.rise)) for pair, trial in self.known.items()]
+        for gain in self.compared:
+            if gain.pair not in self.known and set(gain.blocks) <= set(best.blocks):
+                ahead = best.nats - gain.nats
+                behind.append(Rival(gain.pair, float((chosen.rise - ahead).sum()), in_errors(ahead)))
+        is_usual = best.pair in self.usual
+        return next_best(best.pair, [rival for rival in behind if rival.pair in self.usual or not is_usual])
 
 
-def uneven(finding: Finding, compared: Sequence[Gain], settings: NamingSettings) -> list[Rival]:
+def find_uneven(finding: Finding, compared: Sequence[Gain], settings: NamingSettings) -> list[Rival]:
     """Pairs that gain more than a finding, but not in most engagements: neither can be told to be right."""
-    return [Rival(one.pair, float(one.nats.sum()), in_errors(finding.gain - one.nats)) for one in compared
-            if set(one.blocks) <= set(finding.blocks) and not is_enough(one.nats, settings)
-            and one.nats.sum() > finding.nats + settings.nats]
+    return [Rival(gain.pair, float(gain.nats.sum()), in_errors(finding.gain - gain.nats)) for gain in compared
+            if set(gain.blocks) <= set(finding.blocks) and not is_enough(gain.nats, settings)
+            and gain.nats.sum() > finding.nats + settings.nats]
 
 
-def _apart(joint: Gain, ranked: Sequence[Gain]) -> list[Gain]:
+def _split(joint: Gain, ranked: Sequence[Gain]) -> list[Gain]:
     """The best pairs of the blocks of a `joint` one that do not share a block with each other."""
-    found, taken = list[Gain](), set[str]()
-    for one in ranked:
-        if one is not joint and set(one.blocks) < set(joint.blocks) and not set(one.blocks) & taken:
-            found.append(one)
-            taken |= set(one.blocks)
-    return found
+    parts, taken = list[Gain](), set[str]()
+    for gain in ranked:
+        if gain is not joint and set(gain.blocks) < set(joint.blocks) and not set(gain.blocks) & taken:
+            parts.append(gain)
+            taken |= set(gain.blocks)
+    return parts

@@ -90,45 +90,46 @@ def table(fit: BlockFit, pairs: Sequence[Pair], known: Table | None = None) -> T
     block, columns = fit.block, fit.columns(fit.laws)
     part, further = (part_of(block, columns, fit.noise), {}) if known is None else (known.part, known.further)
     new = [pair for pair in pairs if pair not in fit.laws and pair not in further]
-    found = mapped(lambda pair: block.basis(pair, fit.points, fit.held, fit.predicted), new)
-    bases = {pair: its for pair, its in zip(new, found, strict=True) if its.shape[1]}
+    computed = mapped(lambda pair: block.basis(pair, fit.points, fit.held, fit.predicted), new)
+    bases = {pair: basis for pair, basis in zip(new, computed, strict=True) if basis.shape[1]}
     return Table(fit, part, {**further, **further_of(block, columns, fit.noise, bases)}, pairs)
 
 
-def held_out(fitted: Fitted, folds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def hold_out(fitted: Fitted, folds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Log-likelihood (n,) of each engagement with coefficients from the other `folds` (n,), and these (n, c - 1)."""
-    found, coefficients = np.empty(len(folds)), np.empty((len(folds), fitted.marginal.shape[1] - 1))
+    nats, coefficients = np.empty(len(folds)), np.empty((len(folds), fitted.marginal.shape[1] - 1))
     members = [np.flatnonzero(folds == fold) for fold in np.unique(folds)]
     sums = np.array([fitted.marginal[rows].sum(axis=0) for rows in members])
     for i, rows in enumerate(members):
         coefficients[rows] = others = solve(fitted.gram, np.delete(sums, i, axis=0).sum(axis=0)).coefficients
-        found[rows] = likelihood(fitted.marginal[rows], fitted.logdet[rows], others)
-    return found, coefficients
+        nats[rows] = likelihood(fitted.marginal[rows], fitted.logdet[rows], others)
+    return nats, coefficients
 
 
 def gains(tables: Sequence[Table], current: Sequence[Pair], pairs: Sequence[Pair], seed: int = 0) -> list[Gain]:
     """What each of `pairs` gains beside the `current` laws in the blocks of `tables`, the largest gain first."""
     n = len(tables[0].part.gram)
     folds = np.random.default_rng(seed).permutation(np.arange(n) % FOLDS)
-    mine = {pair: [one for one in tables if pair in one.further] for pair in pairs}
-    mine = {pair: its for pair, its in mine.items() if its}
-    blocks = {pair: tuple(one.fit.block.name for one in its) for pair, its in mine.items()}
+    tables_of = {pair: [table for table in tables if pair in table.further] for pair in pairs}
+    tables_of = {pair: own for pair, own in tables_of.items() if own}
+    blocks = {pair: tuple(table.fit.block.name for table in own) for pair, own in tables_of.items()}
     bases = dict[tuple[str, ...], tuple[Joint, Fitted, np.ndarray, np.ndarray]]()
-    for pair, its in mine.items():
+    for pair, own in tables_of.items():
         if blocks[pair] not in bases:
-            laws = [law for law in current if any(law in one.part.places for one in its)]
-            joint = joined([one.part for one in its], laws)
-            base = estimate(joint.gram, np.concatenate([np.maximum(one.fit.fitted.variance, 1e-8) for one in its]))
-            bases[blocks[pair]] = joint, base, *held_out(base, folds)
+            laws = [law for law in current if any(law in table.part.places for table in own)]
+            joint = joined([table.part for table in own], laws)
+            variances = [np.maximum(table.fit.fitted.variance, 1e-8) for table in own]
+            base = estimate(joint.gram, np.concatenate(variances))
+            bases[blocks[pair]] = joint, base, *hold_out(base, folds)
 
-    def gain(pair: Pair) -> Gain:
+    def compute_gain(pair: Pair) -> Gain:
         joint, base, reference, without = bases[blocks[pair]]
-        beside = joint.beside(pair, [one.further[pair] for one in mine[pair]])
+        beside = joint.beside(pair, [table.further[pair] for table in tables_of[pair]])
         fitted = estimate(beside.gram, np.maximum(base.variance, 1e-8))
-        reached, coefficients = held_out(fitted, folds)
+        reached, coefficients = hold_out(fitted, folds)
         start = np.zeros_like(coefficients)
         start[:, :without.shape[1]] = without  # the columns of the pair are the last ones
         return Gain(pair, reached - reference, coefficients, start, fitted, beside.places[pair], blocks[pair])
 
-    found = mapped(gain, list(mine))
-    return sorted(found, key=lambda one: -float(one.nats.sum()))
+    computed = mapped(compute_gain, list(tables_of))
+    return sorted(computed, key=lambda gain: -float(gain.nats.sum()))

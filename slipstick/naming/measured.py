@@ -90,7 +90,7 @@ class LawPoints:
         possible = OF_SENSORS if quantity in SENSORS else DEPENDENCES
         if quantity not in QUANTITIES or on not in possible or self.x is None or len(self.x) < 2:
             return None
-        kept = thinned(self.x, self.change, MOST_POINTS)
+        kept = thin_points(self.x, self.change, MOST_POINTS)
         return MeasuredLaw(quantity, on, tuple(self.x[kept]), tuple(self.change[kept]), self.relative)
 
     def to_dict(self) -> dict[str, Any]:
@@ -150,19 +150,19 @@ def _from_stated(x: np.ndarray, change: np.ndarray) -> np.ndarray:
     return np.asarray(CONDITIONS_WITHIN * x * np.maximum(np.append(steep, 0.0), np.insert(steep, 0, 0.0)))
 
 
-def measured(fits: Mapping[str, BlockFit]) -> dict[Pair, LawPoints]:
+def measure_laws(fits: Mapping[str, BlockFit]) -> dict[Pair, LawPoints]:
     """All laws in `fits`, by their pairs, each from the block that determines it best.
 
     That is the one with the smallest mean squared error over all that the blocks visit. For the lag of a sensor, the
     block whose clock is that of the sensor goes before others. A mean over blocks would count samples twice that two
     blocks share. A lag has a further error, because it need not be one of those in the mixture.
     """
-    found: dict[Pair, list[tuple[bool, LawPoints]]] = {}
-    for one in fits.values():
-        for pair in one.laws:
-            found.setdefault(pair, []).append((not _has_clock(one.block, pair), law_points(one, pair)))
-    best = {pair: min(laws, key=lambda its: (its[0], _error(its[1], [law for _, law in laws])))[1]
-            for pair, laws in found.items()}
+    laws_of: dict[Pair, list[tuple[bool, LawPoints]]] = {}
+    for fit in fits.values():
+        for pair in fit.laws:
+            laws_of.setdefault(pair, []).append((not _has_clock(fit.block, pair), law_points(fit, pair)))
+    best = {pair: min(laws, key=lambda entry: (entry[0], _error(entry[1], [law for _, law in laws])))[1]
+            for pair, laws in laws_of.items()}
     return {pair: replace(law, covariance=law.covariance + (_COARSE * law.change) ** 2) if pair[1] == "lag" else law
             for pair, law in best.items()}
 
@@ -182,7 +182,7 @@ def _has_clock(block: Block, pair: Pair) -> bool:
     return pair == (f"{block.signal} sensor".replace("_", " "), "lag") and "clock" in block.fixed
 
 
-def thinned(x: np.ndarray, change: np.ndarray, most: int) -> np.ndarray:
+def thin_points(x: np.ndarray, change: np.ndarray, most: int) -> np.ndarray:
     """Indices of at most `most` points of a law `change` (m,) at the ascending x (m,), both ends among them.
 
     Points are left out one by one, each time that without which the law differs least, at its worst, from all points.

@@ -10,33 +10,33 @@ from slipstick.naming.selection import Finding, Rival
 from slipstick.naming.study import Naming
 
 
-def to_json(found: Naming) -> dict[str, Any]:
+def to_json(naming: Naming) -> dict[str, Any]:
     """The naming as JSON."""
     return {
-        "findings": [{"blocks": list(one.blocks), "pair": list(one.pair), "gain": one.gain.tolist(),
-                      "rivals": [_values(rival) for rival in one.rivals],
-                      "next_best": one.next_best and _values(one.next_best),
-                      "expected": None if one.expected is None else one.expected.tolist(),
-                      "agreement": one.agreement, "rare": one.rare}
-                     for one in found.findings],
-        "set_aside": list(found.set_aside), "unexplained": list(found.unexplained),
-        "outlying": {key: list(rows) for key, rows in found.outlying.items()}, "chi_square": found.chi_square,
-        "measured": [law.to_dict() for law in found.measured.values()],
-        "parameters": {name: values.tolist() for name, values in found.parameters.items()},
-        "clocks": found.clocks, "converter": found.converter.spec(),
-        "noise": {name: list(its) for name, its in found.noise.items()}, "seconds": found.seconds,
-        "is_complete": found.is_complete}
+        "findings": [{"blocks": list(finding.blocks), "pair": list(finding.pair), "gain": finding.gain.tolist(),
+                      "rivals": [_list_rival(rival) for rival in finding.rivals],
+                      "next_best": finding.next_best and _list_rival(finding.next_best),
+                      "expected": None if finding.expected is None else finding.expected.tolist(),
+                      "agreement": finding.agreement, "rare": finding.rare}
+                     for finding in naming.findings],
+        "set_aside": list(naming.set_aside), "unexplained": list(naming.unexplained),
+        "outlying": {key: list(rows) for key, rows in naming.outlying.items()}, "chi_square": naming.chi_square,
+        "measured": [law.to_dict() for law in naming.measured.values()],
+        "parameters": {name: values.tolist() for name, values in naming.parameters.items()},
+        "clocks": naming.clocks, "converter": naming.converter.spec(),
+        "noise": {name: list(noise) for name, noise in naming.noise.items()}, "seconds": naming.seconds,
+        "is_complete": naming.is_complete}
 
 
 def from_json(values: dict[str, Any]) -> Naming:
     """The naming of `to_json`."""
     findings = tuple(
-        Finding(tuple(one["blocks"]), tuple(one["pair"]), np.array(one["gain"]),
-                tuple(_rival(rival) for rival in one["rivals"]),
-                _rival(one["next_best"]) if one.get("next_best") else None,
-                None if one.get("expected") is None else np.array(one["expected"]), one.get("agreement", 0.0),
-                one.get("rare", False))
-        for one in values["findings"])
+        Finding(tuple(entry["blocks"]), tuple(entry["pair"]), np.array(entry["gain"]),
+                tuple(_read_rival(rival) for rival in entry["rivals"]),
+                _read_rival(entry["next_best"]) if entry.get("next_best") else None,
+                None if entry.get("expected") is None else np.array(entry["expected"]), entry.get("agreement", 0.0),
+                entry.get("rare", False))
+        for entry in values["findings"])
     laws = [LawPoints.from_dict(law) for law in values["measured"]]
     return Naming(findings, tuple(values["set_aside"]), tuple(values["unexplained"]),
                   {key: tuple(rows) for key, rows in values.get("outlying", {}).items()}, values["chi_square"],
@@ -47,10 +47,10 @@ def from_json(values: dict[str, Any]) -> Naming:
                   values.get("is_complete", True))
 
 
-def _values(rival: Rival) -> list[Any]:
+def _list_rival(rival: Rival) -> list[Any]:
     return [list(rival.pair), rival.nats, rival.behind]
 
 
-def _rival(values: list[Any]) -> Rival:
+def _read_rival(values: list[Any]) -> Rival:
     pair, nats, behind = values
     return Rival(tuple(pair), nats, behind)

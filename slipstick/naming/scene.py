@@ -110,7 +110,8 @@ class Scene:
         if depends_on == "current":
             conditions = self.recordings.conditions
             profiles = zip(conditions.profile_time, conditions.profile_current, strict=True)
-            return np.asarray(np.array([np.interp(self.time, *one) for one in profiles])[conditions.current_profile])
+            currents = np.array([np.interp(self.time, *profile) for profile in profiles])
+            return np.asarray(currents[conditions.current_profile])
         if depends_on == "output position":
             return np.asarray(np.cumsum(np.maximum(self.smooth["output_speed"], 0), axis=1) * self.step)
         if depends_on in OF_PLATES:
@@ -168,13 +169,13 @@ class Scene:
         Gaps do not count. A channel that has no value in an engagement is not among them, but among `unused`.
         """
         slipping = (self.time >= 0) & (self.time < self.recordings.measured_time[:, None])
-        found = {}
+        constants = {}
         for name, channel in self.recordings.further.items():
             words, known = name.replace("_", " "), slipping & np.isfinite(channel.values)
             if known.any(axis=1).all():
                 mean = np.where(known, channel.values, 0).sum(axis=1) / known.sum(axis=1)
-                found[f"recorded {words}" if words in DEPENDENCES else words] = mean, channel.unit
-        return found
+                constants[f"recorded {words}" if words in DEPENDENCES else words] = mean, channel.unit
+        return constants
 
     @property
     def unused(self) -> list[str]:

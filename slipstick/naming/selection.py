@@ -66,10 +66,10 @@ class Finding:
 
 def is_further(finding: Finding, findings: Sequence[Finding]) -> bool:
     """Whether another one of the `findings` gains more in the same part of the bench: the clutch has full contact."""
-    def parts(one: Finding) -> set[str]:
-        return {"clutch" if name == "contact" else name for name in one.blocks}
+    def parts(other: Finding) -> set[str]:
+        return {"clutch" if name == "contact" else name for name in other.blocks}
 
-    return any(one.nats > finding.nats and parts(one) & parts(finding) for one in findings)
+    return any(other.nats > finding.nats and parts(other) & parts(finding) for other in findings)
 
 
 def in_errors(gain: np.ndarray) -> float:
@@ -126,7 +126,7 @@ def explains(gain: np.ndarray, before: np.ndarray, after: np.ndarray, settings: 
     engagements that gain most do not count, because one or two odd ones may give any gain.
     """
     most = np.argsort(gain)[:-_ODD]
-    lacking, left = (float((one[:, most] - 1).mean(axis=1).sum()) for one in (before, after))
+    lacking, left = (float((chi_square[:, most] - 1).mean(axis=1).sum()) for chi_square in (before, after))
     return bool(gain.sum() > settings.nats and lacking > settings.errors * settings.noise
                 and left < settings.few_leave * lacking)
 

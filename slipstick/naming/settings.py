@@ -68,13 +68,13 @@ class NamingSettings:
 
     def __post_init__(self) -> None:
         """Refuse what cannot decide anything."""
-        for one in fields(self):
-            value, is_whole = getattr(self, one.name), isinstance(one.default, int)
-            least, largest = _WITHIN.get(one.name, (0, math.inf))
+        for setting in fields(self):
+            value, is_whole = getattr(self, setting.name), isinstance(setting.default, int)
+            least, largest = _WITHIN.get(setting.name, (0, math.inf))
             is_number = isinstance(value, int if is_whole else int | float) and not isinstance(value, bool)
             if not (is_number and least <= value <= largest):
                 within = f"from {least} to {largest}" if largest < math.inf else f"of {least} or more"
-                raise InvalidValue(f"{one.name} is {value!r}", f"Give a {'whole ' * is_whole}number {within}")
+                raise InvalidValue(f"{setting.name} is {value!r}", f"Give a {'whole ' * is_whole}number {within}")
         if self.most_outlying >= 0.5:
             raise InvalidValue(f"most_outlying is {self.most_outlying}", "Give less than half of the engagements")
 

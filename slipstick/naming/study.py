@@ -19,7 +19,7 @@ from slipstick.naming.block import Pair
 from slipstick.naming.closed import closed, lacks_pressure
 from slipstick.naming.fit import BlockFit
 from slipstick.naming.forward import forward
-from slipstick.naming.measured import LawPoints, measured
+from slipstick.naming.measured import LawPoints, measure_laws
 from slipstick.naming.parameters import clocks_of, converter_of, parameters_of
 from slipstick.naming.scene import Scene
 from slipstick.naming.selection import Finding, is_unexplained
@@ -87,36 +87,36 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     believed = np.flatnonzero(~foreign(whole, plain))
     kept = believed[~implausible(whole.take(believed), plain if len(believed) == len(whole) else ())]
 
-    def naming(now: _Linear, everything: Mapping[str, BlockFit], named: Sequence[Finding]) -> Naming:
+    def summarize(now: _Linear, all_fits: Mapping[str, BlockFit], named: Sequence[Finding]) -> Naming:
         start = now.start
         return Naming((*start.findings, *named), tuple(np.setdiff1d(np.arange(len(whole)), now.kept).tolist()),
-                      _unexplained(start, everything, settings), _outlying(now.kept, everything, settings),
-                      {key: float(one.chi2.mean()) for key, one in everything.items()},
-                      measured(everything), parameters_of(everything), clocks_of(everything),
-                      converter_of(everything, bench.physics.curves), start.noise, time.perf_counter() - began)
+                      _find_unexplained(start, all_fits, settings), _find_outlying(now.kept, all_fits, settings),
+                      {key: float(fit.chi2.mean()) for key, fit in all_fits.items()},
+                      measure_laws(all_fits), parameters_of(all_fits), clocks_of(all_fits),
+                      converter_of(all_fits, bench.physics.curves), start.noise, time.perf_counter() - began)
 
     def keep_part(now: _Linear) -> None:
         if keep is not None:
-            keep(replace(naming(now, now.everything, now.findings), is_complete=False))
+            keep(replace(summarize(now, now.all_fits, now.findings), is_complete=False))
 
     def keep_valve(start: Start) -> None:
         keep_part(_Linear(kept, start, {}, []))
 
     start = begin(whole.take(kept), ask, keep=keep_valve)
-    now = _Linear(kept, start, *_with_laws(start, settings, ask))
+    now = _Linear(kept, start, *_add_laws(start, settings, ask))
     keep_part(now)
     # What laws explain is no error of a recording, and was no noise.
     most = int(settings.most_outlying * len(believed)) - (len(believed) - len(kept))
-    bad = outlying([one.chi2 for one in now.fits.values()] + start.chi_squares[len(now.fits):], settings)[:most]
+    bad = outlying([fit.chi2 for fit in now.fits.values()] + start.chi_squares[len(now.fits):], settings)[:most]
     noise = noise_left(start, now.fits)
     if len(bad) or _differ(noise, start.noise):
         now = now.again(whole, bad, noise, settings, ask)
-    everything, named = _with_piston(now, settings, ask)
-    odd = outlying([everything["clutch"].chi2] if "clutch" in everything else [], settings)
+    all_fits, named = _add_piston(now, settings, ask)
+    odd = outlying([all_fits["clutch"].chi2] if "clutch" in all_fits else [], settings)
     if 0 < len(odd) <= most - len(bad):
         now = now.again(whole, odd, now.start.noise, settings, ask)
-        everything, named = _with_piston(now, settings, ask)
-    return naming(now, everything, named)
+        all_fits, named = _add_piston(now, settings, ask)
+    return summarize(now, all_fits, named)
 
 
 class _Linear(NamedTuple):
@@ -129,7 +129,7 @@ class _Linear(NamedTuple):
     findings: list[Finding]
 
     @property
-    def everything(self) -> dict[str, BlockFit]:
+    def all_fits(self) -> dict[str, BlockFit]:
         """The fits of all these blocks, with their laws."""
         return dict(self.fits) if self.start.valve is None else {"valve": self.start.valve[1], **self.fits}
 
@@ -141,49 +141,49 @@ class _Linear(NamedTuple):
         if self.start.closing is not None:  # the onset is tried as well
             known = self.start.closing.known.without(bad)
         start = begin(replace(whole.take(kept), noise=dict(noise), noise_is_known=True), ask, known)
-        return _Linear(kept, start, *_with_laws(start, settings, ask))
+        return _Linear(kept, start, *_add_laws(start, settings, ask))
 
 
-def _with_laws(start: Start, settings: NamingSettings, ask: Ask) -> tuple[dict[str, BlockFit], list[Finding]]:
+def _add_laws(start: Start, settings: NamingSettings, ask: Ask) -> tuple[dict[str, BlockFit], list[Finding]]:
     """The blocks behind the valve with their laws: an error of the pressure would look like laws of full contact."""
     return forward(start.fits, settings, ask, closed=("contact",) if lacks_pressure(start, settings) else ())
 
 
-def _with_piston(now: _Linear, settings: NamingSettings, ask: Ask) -> tuple[dict[str, BlockFit], list[Finding]]:
+def _add_piston(now: _Linear, settings: NamingSettings, ask: Ask) -> tuple[dict[str, BlockFit], list[Finding]]:
     """All blocks with their laws, and the findings behind the valve, where the piston is asked as well."""
-    everything = now.everything
+    all_fits = now.all_fits
     if now.start.closing is None:
-        return everything, now.findings
+        return all_fits, now.findings
     clutch, findings = closed(now.start, now.fits, now.findings, settings, ask)
-    return {**everything, "clutch": clutch}, findings
+    return {**all_fits, "clutch": clutch}, findings
 
 
-def _unexplained(start: Start, everything: Mapping[str, BlockFit], settings: NamingSettings) -> tuple[str, ...]:
-    """The blocks that `everything` does not explain."""
-    before = {key: one.chi2 for key, one in start.fits.items()}
+def _find_unexplained(start: Start, all_fits: Mapping[str, BlockFit], settings: NamingSettings) -> tuple[str, ...]:
+    """The blocks that `all_fits` does not explain."""
+    before = {key: fit.chi2 for key, fit in start.fits.items()}
     if start.valve is not None:
         before["valve"] = start.valve[0].chi2
     if start.closing is not None:
         before["clutch"] = before["contact"]
-    return tuple(key for key, one in _explaining(everything).items()
-                 if is_unexplained(one.chi2, before[key], settings))
+    return tuple(key for key, fit in _drop_contact(all_fits).items()
+                 if is_unexplained(fit.chi2, before[key], settings))
 
 
-def _explaining(everything: Mapping[str, BlockFit]) -> dict[str, BlockFit]:
+def _drop_contact(all_fits: Mapping[str, BlockFit]) -> dict[str, BlockFit]:
     """All blocks but full contact, which the clutch holds, with a better piston."""
-    return {key: one for key, one in everything.items() if key != "contact"}
+    return {key: fit for key, fit in all_fits.items() if key != "contact"}
 
 
-def _outlying(kept: np.ndarray, everything: Mapping[str, BlockFit],
-              settings: NamingSettings) -> dict[str, tuple[int, ...]]:
+def _find_outlying(kept: np.ndarray, all_fits: Mapping[str, BlockFit],
+                   settings: NamingSettings) -> dict[str, tuple[int, ...]]:
     """Those of the engagements `kept` that are far worse than the others in a block, the worst first, by block.
 
     More noise of the sensors in an engagement does not count.
     """
-    explaining = _explaining(everything)
+    explaining = _drop_contact(all_fits)
     noise = own_noise(next(iter(explaining.values())).block.scene)  # all blocks have the same recordings
-    found = {key: outlying([one.chi2 / noise], settings) for key, one in explaining.items()}
-    return {key: tuple(kept[rows].tolist()) for key, rows in found.items() if len(rows)}
+    worst = {key: outlying([fit.chi2 / noise], settings) for key, fit in explaining.items()}
+    return {key: tuple(kept[rows].tolist()) for key, rows in worst.items() if len(rows)}
 
 
 def _differ(noise: Mapping[str, Noise], other: Mapping[str, Noise]) -> bool:

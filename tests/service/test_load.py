@@ -55,7 +55,7 @@ class Held:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.started, self.go_on, self.ended = threading.Semaphore(0), threading.Event(), threading.Semaphore(0)
-        self.count, computed = 0, likelihood._estimates
+        self.count, computed = 0, likelihood._estimate
 
         posted = likelihood.LikelihoodRequest.model_validate(POSTS["/v1/likelihood"])
 
@@ -70,7 +70,7 @@ class Held:
             finally:
                 self.ended.release()
 
-        monkeypatch.setattr(likelihood, "_estimates", hold)
+        monkeypatch.setattr(likelihood, "_estimate", hold)
 
 
 @pytest.fixture
@@ -184,8 +184,8 @@ def test_a_json_body_is_refused_at_the_limit_while_it_arrives() -> None:
 
 def test_points_are_counted_before_they_are_checked(client: httpx.Client, monkeypatch: pytest.MonkeyPatch) -> None:
     checked: list[int] = []
-    check = evaluate._checked
-    monkeypatch.setattr(evaluate, "_checked", lambda points: checked.append(len(points)) or check(points))
+    check = evaluate._check_points
+    monkeypatch.setattr(evaluate, "_check_points", lambda points: checked.append(len(points)) or check(points))
     problem(client.post("/v1/evaluate", content=b'{"points": [' + b"1," * 20_000 + b"1]}", headers=JSON), 413)
     assert checked == []
     problem(client.post("/v1/evaluate", json={"points": [1, 2]}), 422)

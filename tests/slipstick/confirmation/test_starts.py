@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from slipstick.confirmation import SimulationFit, Terms, Traces
-from slipstick.confirmation.fit import above, fit_simulation, given_back, polished
+from slipstick.confirmation.fit import fit_given_back, fit_simulation, polished, refit_above
 from slipstick.confirmation.simulated import FINE, RANDOM, SimulatedBench
-from slipstick.confirmation.starts import About, searched
+from slipstick.confirmation.starts import About, search_start
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
 from tests.benches import HEAVY, NOMINAL
@@ -35,7 +35,7 @@ def test_the_start_gives_an_effect_what_parameters_have_taken_of_it(without: Sim
     assert block.values(shared)[0] == pytest.approx(DROOP, rel=0.3)
     gain = list(RANDOM).index("current_gain")
     assert points[:, gain].std() < 0.5 * without.fitted.points[:, gain].std()
-    _, held = searched(block, without.fitted.points)
+    _, held = search_start(block, without.fitted.points)
     assert abs(block.values(held)[0]) < 0.4 * DROOP  # with the parameters held it seems to do little
 
 
@@ -46,26 +46,26 @@ def test_parameters_beside_a_law_give_back_the_constant_up_to_which_it_is_known(
     points = np.zeros_like(without.fitted.points)
     points[:, gain] = law.mean()  # as a block has them beside a law of mean 0
     fine = SimulatedBench(without.block.traces, without.block.terms, steps=FINE)
-    begun, shared = searched(block, points, About(fine, without.fitted).taken(TERMS).mean(axis=0))
+    begun, shared = search_start(block, points, About(fine, without.fitted).taken(TERMS).mean(axis=0))
     assert block.values(shared)[0] == pytest.approx(DROOP)  # three times the typical value, which is tried
     assert np.abs(begun[:, gain]).max() < 0.3 * abs(law.mean())
-    assert abs(block.values(searched(block, points)[1])[0]) < 0.5 * DROOP
+    assert abs(block.values(search_start(block, points)[1])[0]) < 0.5 * DROOP
 
 
 def test_the_fit_from_there_finds_the_effect(without: SimulationFit) -> None:
     """From the fit without it, with what is left of the effect in the parameters, no step leads to the effect."""
-    found = given_back(without, TERMS)
+    found = fit_given_back(without, TERMS)
     assert found.values[0] == pytest.approx(DROOP, rel=0.25)
     assert found.evidence.sum() > without.evidence.sum() + 12
     held = fit_simulation(without.block.traces, TERMS, without.fitted.points)
     assert abs(held.values[0]) < 0.1 * DROOP
     assert held.evidence.sum() < without.evidence.sum() + 12
-    assert above(held, without).evidence.sum() >= found.evidence.sum()
+    assert refit_above(held, without).evidence.sum() >= found.evidence.sum()
 
 
 def test_a_polished_fit_is_never_below_and_knows_what_differs_between_engagements_as_well_as_they_scatter(
         without: SimulationFit) -> None:
-    rough = given_back(without, TERMS)
+    rough = fit_given_back(without, TERMS)
     found = polished(rough)
     assert found.evidence.sum() >= rough.evidence.sum()
     # The gain of the valve scatters by 1 %, and the effect changes it by up to 0.9 of itself.

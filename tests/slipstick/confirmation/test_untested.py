@@ -10,7 +10,7 @@ from slipstick.clutch.model import Model
 from slipstick.confirmation import SimulationFit, Terms, Traces
 from slipstick.confirmation.explanations import Explanation, explanations
 from slipstick.confirmation.fit import fit_simulation, polished
-from slipstick.confirmation.promised import promised
+from slipstick.confirmation.promised import estimate_likelihoods
 from slipstick.confirmation.simulated import RANDOM, SimulatedBench
 from slipstick.confirmation.starts import About
 from slipstick.confirmation.times import TimesOver, times_over
@@ -69,7 +69,7 @@ def dense(fit: SimulationFit, column: np.ndarray) -> float:
 
 def test_what_effects_promise_is_the_likelihood_of_the_mixed_model(times: SimulationFit) -> None:
     some = [effects.find(name) for name in ("quadratic_load_drag", "supply_droop")]
-    found = promised(times, some)
+    found = estimate_likelihoods(times, some)
     for one in some:
         other = SimulatedBench(times.block.traces, Terms(HEAVY, (one.name,)))
         small = 1e-3 * np.array([(its.typical - its.neutral) / its.span for its in other.terms.unknowns])

@@ -15,7 +15,7 @@ from slipstick.naming import forward as forward_module
 from slipstick.naming import full_fits, mechanics, sensor_errors
 from slipstick.naming.asked import Asked
 from slipstick.naming.block import Pair, finest
-from slipstick.naming.choice import uneven
+from slipstick.naming.choice import find_uneven
 from slipstick.naming.fit import fit
 from slipstick.naming.forward import forward
 from slipstick.naming.law_map import refined
@@ -193,4 +193,4 @@ def test_a_pair_that_gains_more_but_unevenly_is_a_rival() -> None:
     finding = Finding(("load", "lock"), ("a", "x"), steady)
     compared = [gain(("b", "x"), rough, ("load",)), gain(("c", "x"), rough / 10, ("load",)),
                 gain(("d", "x"), rough, ("load", "input")), gain(("e", "x"), 2 * steady, ("load",))]
-    assert [one.pair for one in uneven(finding, compared, SETTINGS)] == [("b", "x")]
+    assert [one.pair for one in find_uneven(finding, compared, SETTINGS)] == [("b", "x")]

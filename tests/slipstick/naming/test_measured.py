@@ -14,7 +14,7 @@ from slipstick.errors import InvalidValue
 from slipstick.naming import answer
 from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.law_map import over_runs
-from slipstick.naming.measured import LawPoints, law_points, measured, thinned
+from slipstick.naming.measured import LawPoints, law_points, measure_laws, thin_points
 from slipstick.naming.selection import Finding
 from slipstick.naming.smoothness import between_points, smoothed, widened
 from tests.benches import HEAVY
@@ -64,9 +64,9 @@ def test_the_simulator_takes_laws_of_its_quantities_over_one_number() -> None:
 
 def test_thinning_leaves_out_what_changes_the_law_least() -> None:
     change = np.where(X < 30, X, 60 - X)
-    assert thinned(X, change, 3).tolist() == [0, 8, 16]
-    assert thinned(X, change, 17).tolist() == list(range(17))
-    assert thinned(X, 0.02 * X**2, 9).tolist() == list(range(0, 17, 2))
+    assert thin_points(X, change, 3).tolist() == [0, 8, 16]
+    assert thin_points(X, change, 17).tolist() == list(range(17))
+    assert thin_points(X, 0.02 * X**2, 9).tolist() == list(range(0, 17, 2))
 
 
 def test_arrays_that_do_not_belong_together_are_refused() -> None:
@@ -77,7 +77,7 @@ def test_arrays_that_do_not_belong_together_are_refused() -> None:
 
 
 def test_a_pair_of_several_blocks_has_the_law_of_the_one_that_determines_it_best(fits: dict[str, BlockFit]) -> None:
-    found, each = measured(fits), [law_points(one, OFFSET) for one in fits.values()]
+    found, each = measure_laws(fits), [law_points(one, OFFSET) for one in fits.values()]
     best = min(each, key=lambda law: law.std[0])
     assert found[OFFSET].to_dict() == best.to_dict()
     assert abs(best.change[0] - 10) < 4 * best.std[0] < 4
@@ -96,7 +96,7 @@ def test_a_block_that_sees_a_part_of_a_law_goes_before_another_where_the_part_is
     fits: dict[str, Any] = {name: SimpleNamespace(laws=(DRAG.pair,), block=block, law=law)
                             for name, law in laws.items()}
     monkeypatch.setattr("slipstick.naming.measured.law_points", lambda one, _: one.law)
-    assert measured(fits)[DRAG.pair] is laws[chosen]
+    assert measure_laws(fits)[DRAG.pair] is laws[chosen]
 
 
 def test_errors_are_those_of_the_coefficients(fits: dict[str, BlockFit]) -> None:

@@ -15,7 +15,7 @@ from slipstick.naming import answer
 from slipstick.naming.block import Pair
 from slipstick.naming.contact import ContactBlock, OnsetBlock
 from slipstick.naming.fit import BlockFit, fit
-from slipstick.naming.measured import LawPoints, law_points, measured
+from slipstick.naming.measured import LawPoints, law_points, measure_laws
 from slipstick.naming.selection import Finding
 from tests.benches import HEAVY
 from tests.slipstick.naming.engagements import block_of, scene_of
@@ -134,7 +134,7 @@ def test_a_measured_number_is_the_true_one_within_its_error(
 def test_a_lag_between_those_of_the_mixture_is_measured_to_a_sixth(
         name: str, pair: Pair, effect: str, lag: float) -> None:
     block = block_of(name, scene_of(HEAVY, NOMINAL.with_effect(effect, {"lag": lag}), COUNT, SEED))
-    law = measured({name: fit(block, (pair,))})[pair]
+    law = measure_laws({name: fit(block, (pair,))})[pair]
     assert abs(law.change[0] - lag) < min(4 * law.std[0], lag / 6)
 
 
