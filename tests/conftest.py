@@ -22,9 +22,7 @@ from distribution import (
 from selenium import webdriver
 from threadpoolctl import threadpool_limits
 
-import slipstick
 from slipstick.clutch.ensemble import shifting_times
-from slipstick.interface.study import Study
 from slipstick.recordings import Recordings
 from slipstick.studies import StudyResult, StudySettings, conclude, examine
 from slipstick.studies.figures import Figures
@@ -92,16 +90,6 @@ def few_study(few_recordings: Path, once: Once) -> dict[str, Any]:
     output = {"result": asdict(result), "figure_data": asdict(figures), **times}
     content: dict[str, Any] = json.loads(json.dumps(output, allow_nan=False))
     return content
-
-
-@pytest.fixture(scope="session")
-def sample_study(once: Once) -> Study:
-    """The study of the shipped sample that the README shows."""
-    def compute() -> dict[str, Any]:
-        bench, runs = slipstick.Bench.open("heavy"), slipstick.Recordings.open("sample")
-        return slipstick.study(bench, runs, progress=False, name="sample").to_dict()
-
-    return Study.from_dict(once("sample_study", compute))
 
 
 @pytest.fixture(scope="session")
