@@ -17,7 +17,8 @@ _HEAD = """# Python
 
 The names below are the public interface of the package, of which `import slipstick` imports each when it is used. The
 functions are those that the command and the service call. Functions take values and return values: no function changes
-what it was given. Long ones show a bar in a terminal or a notebook, and end cleanly at Ctrl-C.
+what it was given. Long ones show a bar in a terminal or a notebook. Ctrl-C raises `KeyboardInterrupt`
+and leaves no half-written file; a build with `out` is then resumed by the same call.
 
 ```python
 import slipstick
@@ -34,8 +35,8 @@ slipstick.propagate(table, mean=[1, 1], std=[0.05, 0.08]).plot().save("times.svg
 slipstick.fit(table, runs, ["initial_position"]).summary()
 ```
 
-Units are those of [nomenclature.md](nomenclature.md); inputs of tables are multiples of nominal values. Invalid
-arguments raise `slipstick.errors.SlipstickError`, with cause and remedy. Pictures are Vega-Lite specifications:
+Units are those of [nomenclature.md](nomenclature.md); inputs of tables are multiples of nominal values. Values that do
+not fit raise `slipstick.errors.SlipstickError`, with cause and remedy. Pictures are Vega-Lite specifications:
 notebooks show them, and saving them as SVG, PNG or HTML needs the extra `reports`.
 [quickstart.ipynb](quickstart.ipynb) is a notebook that goes from recordings to a decision.
 

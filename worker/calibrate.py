@@ -12,11 +12,14 @@ from .bench_option import add_bench_argument, open_recordings
 from .orders import add_time_budget_argument
 from .program import command_line
 
+_MEASURED = Path("tables/measured.h5")
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("--recordings", type=Path, default=Path("tables/measured.h5"), metavar="FILE",
-                        help="recordings with at least one signal, .h5 or .csv (default: %(default)s)")
+    parser.add_argument("--recordings", type=Path, metavar="FILE",
+                        help="recordings with at least one signal, .h5 or .csv, or the name of shipped ones (default: "
+                             "tables/measured.h5 where it exists, otherwise sample)")
     parser.add_argument("--signals", type=Path, metavar="FILE",
                         help="the CSV file of the signals, if the recordings are a CSV file")
     add_bench_argument(parser)
@@ -30,7 +33,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Calibrate, print the result, and write it unless a parameter is at a bound."""
     bench = Bench.open(arguments.bench)
-    recordings = open_recordings(bench, arguments.recordings, arguments.signals)
+    path = arguments.recordings or (_MEASURED if _MEASURED.is_file() else Path("sample"))
+    recordings = open_recordings(bench, path, arguments.signals)
     with ProgressLine(log=True) as line:
         result = calibrate(bench, recordings, model=arguments.model, budget=arguments.time_budget,
                            progress=line.step)

@@ -23,7 +23,7 @@ from slipstick.errors import InvalidValue, SlipstickError
 from slipstick.inference.fitting import say_progress
 
 from .program import PACKAGE, command_line
-from .serve import fill
+from .serve import fill, require_service
 
 RUN = Path("var/demo")
 _RECORDINGS = {"heavy": "sample", "compact": "measured-compact"}
@@ -65,8 +65,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the demo, or stop that of the folder."""
     folder = arguments.folder or (Path() if Path("tables").is_dir() else Path("slipstick-demo"))
     if arguments.stop:
-        stop(folder / RUN)
+        if not stop(folder / RUN):
+            print(f"No demo is running in {folder.resolve()}")
         return 0
+    require_service()
     demo = Demo(arguments.bench, arguments.port)
     for name in [name for name in os.environ if name.startswith("SLIPSTICK_")]:
         del os.environ[name]  # the settings of another service: the demo has its own folder, jobs and port
@@ -148,8 +150,8 @@ class Demo:
             pid_file.write(str(process.pid))
         while not self.is_up():
             if process.poll() is not None or time.monotonic() > begin + _START_SECONDS:
-                raise DemoStopped(f"The service does not respond: {(RUN / 'serve.log').read_text().strip()[-500:]}",
-                                  f"See {RUN / 'serve.log'}")
+                said = (RUN / "serve.log").read_text().strip()[-500:].removeprefix("error: ")
+                raise DemoStopped(f"The service does not respond: {said}", f"See {RUN / 'serve.log'}")
             time.sleep(0.05)
         self.seconds["start of the service"] = time.monotonic() - begin
 
@@ -254,16 +256,17 @@ def say(progress: Json) -> str:
     return say_progress(progress["stage"], progress)
 
 
-def stop(folder: Path) -> None:
-    """Stop the service and the worker of an earlier demo, whose files are in the folder."""
+def stop(folder: Path) -> bool:
+    """Stop the service and the worker of an earlier demo, whose files are in the folder; whether there were any."""
     pid_file = folder / "serve.pid"
     if not (pid_file.exists() and is_running(pid_file)):
-        return
+        return False
     os.kill(int(pid_file.read_text()), signal.SIGTERM)
     end = time.monotonic() + _END_SECONDS
     while is_running(pid_file) and time.monotonic() < end:
         time.sleep(0.05)
     print("Stopped the service and the worker", flush=True)
+    return True
 
 
 def is_running(pid_file: Path) -> bool:

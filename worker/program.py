@@ -3,6 +3,8 @@
 import shlex
 from pathlib import Path
 
+from slipstick.storage.shipped import FOLDER
+
 PACKAGE = str(__package__)
 """`worker` in a checkout, `slipstick_worker` where the package is installed."""
 SERVICE = PACKAGE.replace("worker", "service")
@@ -16,4 +18,6 @@ def program() -> str:
 
 def command_line(*words: str | Path) -> str:
     """A further command, for a shell."""
-    return f"{program()} {shlex.join(map(str, words))}"
+    named = (word.stem if isinstance(word, Path) and word.parent == FOLDER and PACKAGE != "worker" else word
+             for word in words)  # a shipped bench by its name
+    return f"{program()} {shlex.join(map(str, named))}"

@@ -1,6 +1,7 @@
 """`serve`: start the service as a program of its own, and a worker beside it if wanted."""
 
 import argparse
+import importlib.util
 import os
 import shutil
 import signal
@@ -25,8 +26,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--port", type=int, metavar="N", help="port to listen on (SLIPSTICK_PORT; default: 8000)")
     parser.add_argument("--host", metavar="ADDRESS", help="address to listen on (SLIPSTICK_HOST; default: 127.0.0.1)")
     parser.add_argument("--tables", type=Path, default=library_folder(), metavar="FOLDER",
-                        help="folder of benches, tables and recordings; where it is missing, it is made with the "
-                             "shipped ones (SLIPSTICK_TABLES; default: %(default)s)")
+                        help="folder of benches, tables and recordings; where it has no bench, the shipped files "
+                             "are put there (SLIPSTICK_TABLES; default: %(default)s)")
     parser.add_argument("--jobs", metavar="URL",
                         help="URL of the job database (SLIPSTICK_JOBS; default: sqlite:///var/jobs.sqlite)")
     parser.add_argument("--with-worker", action="store_true",
@@ -37,6 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Serve until SIGTERM, Ctrl-C, or the end of the service; without a worker this process becomes the service."""
+    require_service()
     fill(arguments.tables)
     given = {"PORT": arguments.port, "HOST": arguments.host, "TABLES": arguments.tables, "JOBS": arguments.jobs}
     environment = {**os.environ, **{f"SLIPSTICK_{name}": str(value) for name, value in given.items()
@@ -75,12 +77,19 @@ def end(programs: list[subprocess.Popen[bytes]]) -> None:
             program.wait()
 
 
+def require_service() -> None:
+    """Raise `ModuleNotFoundError` where the extra of the service is not installed, before anything is made for it."""
+    for library in ("fastapi", "dbos"):
+        if importlib.util.find_spec(library) is None:
+            raise ModuleNotFoundError(name=library)
+
+
 def fill(folder: Path) -> None:
-    """Make the folder of tables with what is shipped, where it is missing."""
-    if folder.exists():
+    """Put what is shipped into the folder of tables, which is made, where it has no bench."""
+    if any(folder.glob("*.toml")):
         return
-    folder.mkdir(parents=True)
-    names = ("heavy.toml", "compact.toml", "sample.h5")
+    folder.mkdir(parents=True, exist_ok=True)
+    names = [name for name in ("heavy.toml", "compact.toml", "sample.h5") if not (folder / name).exists()]
     for name in names:
         shutil.copy(FOLDER / name, folder)
-    print(f"Made the folder {folder} with {', '.join(names)}", file=sys.stderr)
+    print(f"Put {', '.join(names)} into the folder {folder}", file=sys.stderr)

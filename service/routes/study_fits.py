@@ -66,4 +66,4 @@ def _require_model(study: WorkflowStatus, which: str, fit: WorkflowStatus, libra
     if table.model.spec() != output_of(study)["result"][which]["model"]:
         raise InvalidValue(f"The table '{fit_input['table']}' was not built from the study's model `{which}`",
                            f"Build a table from /v1/studies/{study.workflow_id}/model?which={which} with `python -m "
-                           "worker build --model`, and submit the fit on that table")
+                           "slipstick build --model`, and submit the fit on that table")

@@ -15,7 +15,7 @@ from slipstick.bench import Conditions
 from slipstick.clutch.ensemble import signals
 from slipstick.clutch.model import Model
 
-MESSAGE = "Compiling the simulator, once for this installation (about 10 s)"
+MESSAGE = "Compiling the simulator, once for this installation (10 to 30 s)"
 
 
 def compile_simulator(model: Model, conditions: Conditions) -> None:

@@ -24,7 +24,7 @@ from slipstick.building.axes import Spans
 from slipstick.clutch.ensemble import DEFAULT, TIGHT, Accuracy
 from slipstick.clutch.model import Model
 from slipstick.errors import BadTable, InvalidValue, UnknownName, WrongLayout
-from slipstick.interface.models import ModelLike, conditions_of, model_of
+from slipstick.interface.models import BenchLike, ModelLike, bench_of, conditions_of, model_of
 from slipstick.interface.progress import ProgressLine, Show, counting
 from slipstick.recordings import Recordings
 from slipstick.table import Grid, Table
@@ -35,7 +35,7 @@ PAPER_AXES: Spans = {"pressure_bias": (0.5, 1.5, 50), "initial_position": (0.5, 
 """Axes of the table in section III.B of the paper."""
 
 
-def build(machine: Bench | BlackBox, axes: Spans | None = None, *, model: ModelLike | None = None,
+def build(machine: BenchLike | BlackBox, axes: Spans | None = None, *, model: ModelLike | None = None,
           conditions: Conditions | Recordings | None = None, out: Path | str | None = None, accuracy: str = "default",
           threads: int | None = None, executor: Executor | None = None,
           progress: bool | Show | ProgressLine = True) -> Grid:
@@ -46,8 +46,9 @@ def build(machine: Bench | BlackBox, axes: Spans | None = None, *, model: ModelL
 
     Parameters
     ----------
-    machine : Bench or BlackBox
-        The bench of a clutch, or another machine with its simulator.
+    machine : Bench, BlackBox, str or Path
+        The bench of a clutch, also the name of a shipped one or the path of its file, or another machine with its
+        simulator.
     axes : mapping, optional
         Parameter -> (low, high, count): `count` equidistant multiples of its value in the model, from `low` to `high`.
         By default the two axes of the paper for a bench, and all inputs over their ranges for a black box.
@@ -85,6 +86,7 @@ def build(machine: Bench | BlackBox, axes: Spans | None = None, *, model: ModelL
     path = None if out is None else Path(out)
     require_threads(threads)
     require_table(path)
+    machine = machine if isinstance(machine, BlackBox) else bench_of(machine)
     runs: Plan | BlackBoxRuns
     if isinstance(machine, BlackBox):
         runs, items = _black_box_runs(machine, axes, model, conditions), "runs"

@@ -4,17 +4,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
-from slipstick.bench import Bench, parameters
+from slipstick.bench import parameters
 from slipstick.calibration import Calibration
 from slipstick.calibration import calibrate as fit_calibration
 from slipstick.clutch.model import Model
 from slipstick.interface.frames import data_frame
-from slipstick.interface.models import ModelLike, model_of
+from slipstick.interface.models import BenchLike, ModelLike, RecordingsLike, bench_of, model_of, recordings_of
 from slipstick.interface.progress import ProgressLine, Show
 from slipstick.interface.result import Result
 from slipstick.pictures import parameters as parameters_picture
 from slipstick.pictures.theme import Spec
-from slipstick.recordings import Recordings
 from slipstick.report.calibration import calibration_text
 from slipstick.time_budget import seconds_of
 
@@ -88,16 +87,18 @@ class CalibrationResult(Result):
         return cls(Calibration.from_spec(values))
 
 
-def calibrate(bench: Bench, recordings: Recordings, *, model: ModelLike | None = None,
+def calibrate(bench: BenchLike, recordings: RecordingsLike, *, model: ModelLike | None = None,
               budget: float | str | None = None, progress: bool | Show = True) -> CalibrationResult:
     """Fit the uncertain parameters of a bench, and their scatter from run to run, to recordings of it.
 
     Parameters
     ----------
-    bench : Bench
-        The bench: its file says which parameters are uncertain, and between which bounds.
-    recordings : Recordings
-        Recordings with at least one signal, and twice as many engagements as there are uncertain parameters.
+    bench : Bench, str or Path
+        The bench, the name of a shipped one, or the path of a file. It says which parameters are uncertain, and
+        between which bounds.
+    recordings : Recordings, str or Path
+        Recordings, a name or a path, with at least one signal, and twice as many engagements as there are uncertain
+        parameters.
     model : Model, result or path, optional
         The model with which the search begins: a `Model`, a result that has one, or a JSON file of either. By default
         that with the nominal parameters.
@@ -120,6 +121,8 @@ def calibrate(bench: Bench, recordings: Recordings, *, model: ModelLike | None =
     Tod et al., section II.C.
 
     """
+    bench = bench_of(bench)
+    recordings = recordings_of(bench, recordings)
     with ProgressLine() as line:
         show = line.shown(progress)
 

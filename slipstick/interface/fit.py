@@ -1,5 +1,6 @@
 """`slipstick.fit`: mean and scatter of parameters, fitted to measured shifting times or outputs of a black box."""
 
+import json
 import os
 import time
 from collections.abc import Mapping, Sequence
@@ -18,13 +19,13 @@ from slipstick.inference.fitting import FitTask, complete_settings, say_progress
 from slipstick.inference.problems import Measured, machine_problem, require_reach, simulated_problem, table_problem
 from slipstick.interface.files import now, require_html, write
 from slipstick.interface.frames import data_frame
-from slipstick.interface.models import ModelLike, model_of
+from slipstick.interface.models import ModelLike, RecordingsLike, as_mapping, model_of
 from slipstick.interface.progress import ProgressLine, Show
 from slipstick.interface.result import HEAD, Result
+from slipstick.interface.tables import TableLike, measured_of, open_table, require_outside
 from slipstick.pictures import CAPTIONS, pictures
 from slipstick.pictures.theme import Spec
 from slipstick.plausibility.mismatch import require_match
-from slipstick.recordings import Recordings
 from slipstick.report import words
 from slipstick.table import Outside, Table
 from slipstick.table.subject import Subject, output_of
@@ -157,27 +158,27 @@ class Fit(Result):
 _OUTPUT = ("result", "physical", "figure_data", "seconds", "processor_seconds")
 
 
-def fit(simulator: Table | Bench | BlackBox, recordings: Recordings | Measurements,
-        parameters: Sequence[str] | None = None, *, model: ModelLike | None = None, outside: Outside = "clip",
-        settings: FitSettings | None = None, budget: float | str | None = None, progress: bool | Show = True,
-        name: str = "recordings", **changed: Any) -> Fit:
+def fit(simulator: TableLike | Bench | BlackBox, recordings: RecordingsLike | Measurements,
+        parameters: str | Sequence[str] | None = None, *, model: ModelLike | None = None, outside: Outside = "clip",
+        settings: FitSettings | Mapping[str, Any] | None = None, budget: float | str | None = None,
+        progress: bool | Show = True, name: str = "recordings", **changed: Any) -> Fit:
     """Fit mean and scatter of uncertain inputs, and the output noise, to measured outputs by maximum likelihood.
 
     Parameters
     ----------
     simulator : Table, Bench or BlackBox
-        What computes the output: a table interpolates; a bench or a black box is simulated, which takes longer and
-        lets any parameter be uncertain.
-    recordings : Recordings or Measurements
-        The measured shifting times, or outputs of the black box.
-    parameters : sequence of str, optional
+        What computes the output: a table, or the path of its file, interpolates; a bench or a black box is simulated,
+        which takes longer and lets any parameter be uncertain.
+    recordings : Recordings, Measurements, str or Path
+        The measured shifting times, the name or the path of a file with them, or outputs of the black box.
+    parameters : str or sequence of str, optional
         Names of the uncertain inputs; by default all axes of a table. All others keep their nominal values.
     model : Model, result or path, optional
         Of a bench, the model to simulate: a `Model`, a result that has one, or a JSON file of either. By default that
         with the nominal parameters.
     outside : {"clip", "nan", "error"}, optional
         Of a table, what holds for inputs outside it.
-    settings : FitSettings, optional
+    settings : FitSettings or mapping, optional
         Method, bounds, families and accuracy. Single ones can be `changed`, such as `families=["gamma"]` or
         `intervals=False`.
     budget : float or str, optional
@@ -206,7 +207,11 @@ def fit(simulator: Table | Bench | BlackBox, recordings: Recordings | Measuremen
 
     """
     limit, submitted = seconds_of(budget), now()
-    chosen = FitSettings.from_dict({**({} if settings is None else settings.to_dict()), **changed})
+    require_outside(outside)
+    chosen = settings_of(settings, changed)
+    simulator = simulator if isinstance(simulator, Bench | BlackBox) else open_table(simulator)
+    recordings = measured_of(recordings)
+    parameters = [parameters] if isinstance(parameters, str) else parameters
     end = time.monotonic() + limit
     with ExitStack() as stack:
         show = stack.enter_context(ProgressLine()).shown(progress)
@@ -221,8 +226,20 @@ def fit(simulator: Table | Bench | BlackBox, recordings: Recordings | Measuremen
     request = {"id": name, "table": "table" if table is not None else "simulator",
                "table_digest": task.model.digest if table is None else table.digest, "simulate": table is None,
                "recordings": name, "recordings_digest": recordings.digest, "outside": outside,
-               "settings": task.settings.to_dict(), "submitted": submitted, "ended": now()}
+               "settings": json.loads(json.dumps(task.settings.to_dict())), "submitted": submitted, "ended": now()}
     return Fit(request, {**output, **times})
+
+
+def settings_of(settings: FitSettings | Mapping[str, Any] | None, changed: Mapping[str, Any]) -> FitSettings:
+    """The settings with what is `changed`, a family as text for all inputs; raises `InvalidValue`, `UnknownName`."""
+    given = {**as_mapping(settings), **changed}
+    if isinstance(given.get("families"), str):
+        given["families"] = [given["families"]]
+    try:
+        return FitSettings.from_dict(given)
+    except TypeError as error:
+        raise InvalidValue(f"The settings {given} cannot be read: {error}",
+                           'Give numbers and lists, such as families=["gamma"], mean_bounds=[[0.5, 1.5]]') from None
 
 
 def _task(simulator: Table | Bench | BlackBox, recordings: Measured, parameters: Sequence[str] | None,

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,6 +14,7 @@ from slipstick.inference.inputs import table_inputs
 from slipstick.inference.likelihoods import Likelihoods, LikelihoodSettings, Method, compute_likelihoods
 from slipstick.inference.problems import Measured, table_problem
 from slipstick.interface.frames import data_frame
+from slipstick.interface.models import in_unit_of
 from slipstick.interface.result import Result
 from slipstick.interface.tables import (
     TableLike,
@@ -21,6 +23,7 @@ from slipstick.interface.tables import (
     descriptions,
     inputs_of,
     list_finite,
+    measured_of,
     numbers,
     open_table,
     require_outside,
@@ -144,8 +147,8 @@ class Likelihood(Result):
         return candidate
 
 
-def likelihood(table: TableLike, recordings: Measured, mean: float | Sequence[float] | np.ndarray,
-               std: float | Sequence[float] | np.ndarray | None = None, output_std: float | None = None, *,
+def likelihood(table: TableLike, recordings: Measured | Path | str, mean: float | Sequence[float] | np.ndarray,
+               std: float | Sequence[float] | np.ndarray | None = None, output_std: float | str | None = None, *,
                families: Family | Sequence[Family] | None = None,
                mixing: Sequence[Sequence[float]] | np.ndarray | None = None,
                correlation: Sequence[Sequence[float]] | np.ndarray | None = None,
@@ -162,13 +165,13 @@ def likelihood(table: TableLike, recordings: Measured, mean: float | Sequence[fl
     ----------
     table : Table, Path or str
         The table, a grid or a surrogate, or the path of its file.
-    recordings : Recordings or Measurements
-        The measured shifting times, or outputs of a black box.
+    recordings : Recordings, Measurements, str or Path
+        The measured shifting times, the name or the path of a file with them, or outputs of a black box.
     mean, std, families, mixing, correlation, support
         The distributions of the inputs, as in `slipstick.propagate`.
-    output_std : float
-        Standard deviation of the additive output noise in the unit of the output, s for shifting times. It has no
-        default, because the likelihood depends on it.
+    output_std : float or str
+        Standard deviation of the additive output noise in the unit of the output, s for shifting times, or a text such
+        as "10 ms". It has no default, because the likelihood depends on it.
     method : {"auto", "exact", "expansion", "sampling"}
         How the density is integrated. "auto" integrates the table itself, refined until the error is below 0.05
         decades; "exact" does so with the given number of `lines`; "expansion" integrates the polynomial chaos
@@ -205,12 +208,9 @@ def likelihood(table: TableLike, recordings: Measured, mean: float | Sequence[fl
     if output_std is None:
         raise InvalidValue("The output noise is not given",
                            "Give as `output_std` its standard deviation in the unit of the output, such as 0.01 s")
-    if not isinstance(recordings, Recordings | Measurements):
-        raise InvalidValue(f"A {type(recordings).__name__} is not recordings",
-                           "Give Recordings, or Measurements of a black box")
-    opened = open_table(table)
+    recordings, opened = measured_of(recordings), open_table(table)
     inputs = table_inputs(opened, mean, std, families, mixing, correlation, support)
-    candidate = Candidate(inputs, float(output_std))
+    candidate = Candidate(inputs, in_unit_of(output_std, opened.output.unit, "output_std"))
     settings = LikelihoodSettings(method, ExpansionSettings(order, norm, rule, nodes, 0, runs), lines, samples, seed)
     computed = compute_likelihoods(table_problem(opened, recordings, outside), [candidate], settings)
     request = {"recordings": name, "candidates": [{**inputs_of(inputs), "output_std": candidate.output_std}],

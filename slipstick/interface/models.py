@@ -1,13 +1,16 @@
-"""What functions take as a model and as conditions: values, files, or results that have them."""
+"""What functions take as bench, recordings, model and conditions: values, names, files, or results that have them."""
 
 import json
+from collections.abc import Mapping
+from dataclasses import asdict, is_dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from slipstick.bench import Bench
 from slipstick.bench.conditions import Conditions
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
+from slipstick.numerics.quantities import NotAQuantity, in_unit
 from slipstick.recordings import Recordings
 
 
@@ -23,6 +26,59 @@ ModelLike = Model | HasModel | Path | str
 """A model, a result that has one, or the JSON file of a model, calibration or extended model."""
 
 
+BenchLike = Bench | Path | str
+"""A bench, the name of a shipped one, or the path of a file."""
+RecordingsLike = Recordings | Path | str
+"""Recordings, the name of shipped ones, or the path of a file."""
+
+
+def describe(given: object) -> str:
+    """The type of an argument, and its value if that is short in words."""
+    value = f" {given!r:.60}" if isinstance(given, str | int | float | list | tuple | dict | None) else ""
+    return f"The {type(given).__name__}{value}"
+
+
+def bench_of(given: BenchLike) -> Bench:
+    """The bench that is `given`, or that of a name or a file; raises `InvalidValue`, `BadBench` and `UnknownName`."""
+    bench = Bench.open(given) if isinstance(given, Path | str) else given
+    if not isinstance(bench, Bench):
+        raise InvalidValue(f"{describe(given)} is not a bench",
+                           'Give a Bench, the name of a shipped one, such as "heavy", or the path of a file')
+    return bench
+
+
+def recordings_of(bench: Bench, given: RecordingsLike) -> Recordings:
+    """The recordings that are `given`, or those of a name or a file, whose current profiles are those of the bench.
+
+    Raises `InvalidValue`, `BadRecording` and `UnknownName`.
+    """
+    recordings = Recordings.open(given, profiles=bench.profiles) if isinstance(given, Path | str) else given
+    if not isinstance(recordings, Recordings):
+        raise InvalidValue(f"{describe(given)} is not recordings",
+                           'Give Recordings, the name of shipped ones, such as "sample", or the path of a file')
+    return recordings
+
+
+def in_unit_of(given: float | str, unit: str, name: str) -> float:
+    """A number in `unit`, or a text such as "3 ms", in that unit; raises `InvalidValue` with the argument's `name`."""
+    try:
+        return in_unit(given if isinstance(given, str) else f"{given} {unit}", unit)
+    except NotAQuantity as error:
+        raise InvalidValue(f"`{name}` is {given!r}: {error}", f'Give a number in {unit}, or a text with a unit') \
+            from None
+
+
+def as_mapping(settings: Any) -> dict[str, Any]:
+    """Settings, a data class, a mapping or None, as a mapping; raises `InvalidValue`."""
+    if settings is None:
+        return {}
+    if is_dataclass(settings) and not isinstance(settings, type):
+        return asdict(settings)
+    if not isinstance(settings, Mapping):
+        raise InvalidValue(f"The settings are {settings!r:.60}", 'Give a mapping, such as {"level": 0.95}')
+    return dict(settings)
+
+
 def model_of(bench: Bench, given: ModelLike | None) -> Model:
     """The model that is `given`, by default the nominal one of the bench.
 
@@ -32,8 +88,8 @@ def model_of(bench: Bench, given: ModelLike | None) -> Model:
         return Model(bench.physics)
     model = read_model(given) if isinstance(given, Path | str) else getattr(given, "model", given)
     if not isinstance(model, Model):
-        raise InvalidValue(f"A {type(given).__name__} is not a model",
-                           "Give a Model, a result that has one, or the JSON file that `calibrate` or `study` wrote")
+        raise InvalidValue(f"{describe(given)} is not a model",
+                           "Give a Model, such as `extended` or `refitted` of a study, or the result of a calibration")
     bench.require(model.physics)
     return model
 

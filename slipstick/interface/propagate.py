@@ -20,6 +20,7 @@ from slipstick.inference.propagation import (
 )
 from slipstick.interface.files import require_html, write
 from slipstick.interface.frames import data_frame
+from slipstick.interface.models import in_unit_of
 from slipstick.interface.result import Result
 from slipstick.interface.tables import (
     TableLike,
@@ -226,9 +227,9 @@ def propagate(table: TableLike, mean: float | Sequence[float] | np.ndarray,
               families: Family | Sequence[Family] | None = None,
               mixing: Sequence[Sequence[float]] | np.ndarray | None = None,
               correlation: Sequence[Sequence[float]] | np.ndarray | None = None,
-              support: Sequence[Sequence[float]] | np.ndarray | None = None, output_std: float | None = None,
+              support: Sequence[Sequence[float]] | np.ndarray | None = None, output_std: float | str | None = None,
               conditions: Sequence[int] | None = None, order: int = ORDER, norm: float = 1.0, rule: Rule | None = None,
-              nodes: int | None = None, runs: int | None = None, tolerance: float | None = None,
+              nodes: int | None = None, runs: int | None = None, tolerance: float | str | None = None,
               quantiles: Sequence[float] = QUANTILES, density_points: int = DENSITY_POINTS, samples: int = SAMPLES,
               seed: int = 1, outside: Outside = "clip", coefficients: bool = False,
               name: str | None = None) -> Propagation:
@@ -298,15 +299,17 @@ def propagate(table: TableLike, mean: float | Sequence[float] | np.ndarray,
     opened = open_table(table)
     inputs = table_inputs(opened, mean, std, families, mixing, correlation, support)
     selected, rows = select_conditions(opened, conditions)
-    noise = default_output_std(opened.model) if output_std is None else float(output_std)
+    unit = opened.output.unit
+    noise = default_output_std(opened.model) if output_std is None else in_unit_of(output_std, unit, "output_std")
+    limit = None if tolerance is None else in_unit_of(tolerance, unit, "tolerance")
     settings = PropagationSettings(
-        noise, ExpansionSettings(order, norm, rule, nodes, samples=runs, seed=seed), tolerance, samples, seed,
+        noise, ExpansionSettings(order, norm, rule, nodes, samples=runs, seed=seed), limit, samples, seed,
         tuple(map(float, quantiles)), density_points if noise else 0)
     expanded = expand_outputs(table_model(selected, outside), selected.conditions, inputs, settings)
     distributions = compute_distributions(expanded, inputs, opened.lower, opened.upper, settings)
     request = {"inputs": inputs_of(inputs), "output_std": noise, "conditions": rows, "outside": outside,
                "expansion": {"order": order, "norm": norm, "rule": rule, "nodes": nodes, "runs": runs},
-               "tolerance": tolerance, "samples": samples, "seed": seed, "quantiles": list(settings.quantiles),
+               "tolerance": limit, "samples": samples, "seed": seed, "quantiles": list(settings.quantiles),
                "density_points": settings.density_points, "coefficients": coefficients}
     return present(opened, name or table_name(table), selected, rows, distributions, request)
 

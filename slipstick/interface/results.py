@@ -59,4 +59,7 @@ def _kind_of(values: dict[str, Any]) -> str:
     for mark, kind in _MARKS.items():
         if mark in values.get("result", {}):
             return kind
-    return CalibrationResult.kind
+    if "sensing_digest" in values:
+        return CalibrationResult.kind
+    raise InvalidValue("The file is that of a model, or of something else, and not of a result",
+                       "Give a model to `slipstick.build` as `model`")

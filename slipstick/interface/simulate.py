@@ -6,13 +6,12 @@ from numbers import Real
 
 import numpy as np
 
-from slipstick.bench import Bench
 from slipstick.bench.conditions import Conditions
 from slipstick.building import compile_simulator
 from slipstick.clutch import effects as catalogue
 from slipstick.clutch.effects.effect import Effect
 from slipstick.errors import InvalidValue, UnknownName
-from slipstick.interface.models import ModelLike, conditions_of, model_of
+from slipstick.interface.models import BenchLike, ModelLike, bench_of, conditions_of, model_of
 from slipstick.recordings import Recordings
 from slipstick.recordings.simulated import simulated_recordings
 
@@ -20,7 +19,7 @@ Effects = str | Iterable[str] | Mapping[str, float | Mapping[str, float]]
 """Names of effects, or effect -> multiple of its typical amplitudes, or effect -> coefficient -> value."""
 
 
-def simulate(bench: Bench, effects: Effects = (), *, model: ModelLike | None = None,
+def simulate(bench: BenchLike, effects: Effects = (), *, model: ModelLike | None = None,
              conditions: Conditions | Recordings | None = None, engagements: int | None = None, scatter: float = 0.02,
              noise: float = 1.0, seed: int = 0) -> Recordings:
     """Simulate recordings of a bench, with sensor noise and scatter of the parameters from run to run.
@@ -61,6 +60,7 @@ def simulate(bench: Bench, effects: Effects = (), *, model: ModelLike | None = N
         For an effect or coefficient that does not exist.
 
     """
+    bench = bench_of(bench)
     simulated, taken = model_of(bench, model), conditions_of(bench, conditions)
     for name, amount in _amounts(effects).items():
         simulated = simulated.with_effect(name, _coefficients(catalogue.find(name).on(bench.scales), amount))

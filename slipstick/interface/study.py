@@ -6,19 +6,18 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
 
-from slipstick.bench import Bench
 from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
 from slipstick.interface.files import now, require_html, write
 from slipstick.interface.fit import Fit
 from slipstick.interface.frames import data_frame
+from slipstick.interface.models import BenchLike, RecordingsLike, as_mapping, bench_of, recordings_of
 from slipstick.interface.picture import Picture
 from slipstick.interface.progress import ProgressLine, Show
 from slipstick.interface.rehearsal import compile_study
 from slipstick.interface.result import Result
 from slipstick.pictures.study import CAPTIONS, law, study_pictures
 from slipstick.pictures.theme import Spec
-from slipstick.recordings import Recordings
 from slipstick.studies import StudyResult, StudySettings, conclude, examine, unconfirmed
 from slipstick.studies.export import file_stem, has_table, law_csv, law_mat
 from slipstick.studies.figures import Figures
@@ -253,18 +252,19 @@ class Study(Result):
 _NO_FIGURES = Figures({}, [], {}, [])
 
 
-def study(bench: Bench, recordings: Recordings, *, settings: StudySettings | None = None,
+def study(bench: BenchLike, recordings: RecordingsLike, *,
+          settings: StudySettings | Mapping[str, Any] | None = None,
           budget: float | str | None = None, progress: bool | Show = True, name: str = "recordings",
           **changed: Any) -> Study:
     """Find what the model of a bench lacks that recordings of it show, measure it, and add it to the model.
 
     Parameters
     ----------
-    bench : Bench
-        The bench that was recorded.
-    recordings : Recordings
-        At least 24 engagements with signals, or more of shifting times alone.
-    settings : StudySettings, optional
+    bench : Bench, str or Path
+        The bench that was recorded, the name of a shipped one, or the path of a file.
+    recordings : Recordings, str or Path
+        At least 24 engagements with signals, or more of shifting times alone; or a name or a path.
+    settings : StudySettings or mapping, optional
         What may be named, and when. Single ones can be `changed`, such as `level=0.95` or `seed=2`.
     budget : float or str, optional
         Time in s, or a text such as "2 min", after which the study ends at its next step with a partial result.
@@ -287,7 +287,9 @@ def study(bench: Bench, recordings: Recordings, *, settings: StudySettings | Non
         If the budget ended before there was anything to show.
 
     """
-    chosen = StudySettings.from_dict({**({} if settings is None else asdict(settings)), **changed})
+    bench = bench_of(bench)
+    recordings = recordings_of(bench, recordings)
+    chosen = StudySettings.from_dict({**as_mapping(settings), **changed})
     limit, start, submitted = seconds_of(budget), time.monotonic(), now()
     compile_study(bench, recordings)
     named: dict[str, Any] = {}

@@ -10,8 +10,12 @@ from typing import Any, get_args
 import numpy as np
 
 from slipstick.bench.conditions import CONDITION_UNITS
+from slipstick.black_box import Measurements
 from slipstick.errors import InvalidValue, UnknownName
+from slipstick.inference.problems import Measured
+from slipstick.interface.models import describe
 from slipstick.pictures.conditions import described
+from slipstick.recordings import Recordings
 from slipstick.table import Outside, Table
 from slipstick.table.subject import Setting, columns
 from slipstick.uncertainty import Inputs
@@ -24,9 +28,18 @@ def open_table(given: TableLike) -> Table:
     """The table that is `given`, or that of a file; raises `InvalidValue`, `UnknownName` and `BadTable`."""
     table = Table.open(given) if isinstance(given, Path | str) else given
     if not isinstance(table, Table):
-        raise InvalidValue(f"A {type(given).__name__} is not a table",
+        raise InvalidValue(f"{describe(given)} is not a table",
                            "Give a table, such as `slipstick.build` returns, or the path of its file")
     return table
+
+
+def measured_of(given: Measured | Path | str) -> Measured:
+    """Recordings or measurements that are `given`, or recordings of a name or a file; raises `InvalidValue`."""
+    measured = Recordings.open(given) if isinstance(given, Path | str) else given
+    if not isinstance(measured, Recordings | Measurements):
+        raise InvalidValue(f"{describe(given)} is not recordings",
+                           "Give Recordings, their name or path, or Measurements of a black box")
+    return measured
 
 
 def table_name(given: TableLike) -> str:

@@ -71,7 +71,7 @@ def _title(rows: Sequence[Mapping[str, Any]], axes: Sequence[str], shown: Output
     least, most = units.fixed(min(stds)), units.fixed(max(stds))
     text = f"Standard deviations of {least} to {most} {shown.small} in {len(rows)} conditions"
     shares = [row["first_order"] for row in rows if row["first_order"]]
-    counts = [sum(share[axis] >= _DOMINANT for share in shares) for axis in range(len(axes))]
+    counts = [sum((share[axis] or 0.0) >= _DOMINANT for share in shares) for axis in range(len(axes))]
     best = max(range(len(axes)), key=lambda axis: counts[axis])
     if not counts[best]:
         return text

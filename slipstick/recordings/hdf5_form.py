@@ -23,7 +23,7 @@ def read(content: bytes, name: str = "The file") -> Fields:
     with reading(content, BadRecording, largest=8 * LARGEST // len(SIGNAL_UNITS)) as source:
         if "layout" in source.file.attrs:
             raise BadRecording(f"{name} is a table, not recordings: it has the attribute 'layout'",
-                               "Give recordings, and the table where one is expected, such as to `worker verify` or "
+                               "Give recordings, and the table where one is expected, such as to `slipstick verify` or "
                                "POST /v1/tables")
         conditions = read_conditions(source)
         n = len(conditions)

@@ -70,7 +70,7 @@ def open_source(path: Path) -> Iterator[Source]:
     with path.open("rb") as file:
         if file.read(len(SIGNATURE)) != SIGNATURE:
             raise WrongLayout(f"'{path.name}' is not an HDF5 file",
-                              "Give a table written by `worker build` or `worker surrogate`")
+                              "Give a table written by `slipstick build` or `slipstick surrogate`")
     with reading(path, CorruptTable, _LARGEST) as source:
         yield source
 

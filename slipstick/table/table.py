@@ -54,7 +54,7 @@ class Table(ABC):
         if layout not in kinds:
             holds = "holds recordings, and is no table" if source.has("shifting_time") else "is not a table"
             raise WrongLayout(f"The file {holds} of the kind {' or '.join(k.kind for k in kinds.values())}",
-                              "Give a table written by `worker build` or `worker surrogate`")
+                              "Give a table written by `slipstick build` or `slipstick surrogate`")
         try:
             table = kinds[layout]._read(source, **store.read_header(source))
         except InvalidValue as error:
@@ -67,8 +67,12 @@ class Table(ABC):
 
     def save(self, path: Path | str) -> Path:
         """Write the table to `path` and return it: it is written under a temporary name, verified, synced and renamed.
+
+        Raises `InvalidValue` unless it ends in `.h5`.
         """
         path = Path(path)
+        if path.suffix != ".h5" or path.is_dir():
+            raise InvalidValue(f"'{path}' is not the name of a table", "End it in .h5")
         path.parent.mkdir(parents=True, exist_ok=True)
         with replacing(path) as temporary:
             self.write_to(temporary)
@@ -102,7 +106,7 @@ class Table(ABC):
         """The model of a clutch; raises `InvalidValue` for a table of another machine."""
         if isinstance(self.model, BlackBoxDescription):
             raise InvalidValue(f"The table is one of another machine: {self.model.title}",
-                               "Give a table of a clutch, built with `worker build --bench`, or omit `bench`")
+                               "Give a table of a clutch, built with `slipstick build --bench`, or omit `bench`")
         return self.model
 
     @property

@@ -164,7 +164,7 @@ def test_service_and_worker_start_in_a_new_folder_and_end_together(tmp_path: Pat
     process.send_signal(number)
     _, said = process.communicate(timeout=30)
     assert process.returncode == status
-    assert said.startswith(f"Made the folder {tmp_path}/new/tables with heavy.toml, compact.toml, sample.h5\n")
+    assert said.startswith(f"Put heavy.toml, compact.toml, sample.h5 into the folder {tmp_path}/new/tables\n")
     assert not any(is_running(program) for program in programs)
     end = time.monotonic() + 10
     while any(map(is_running, helpers)):

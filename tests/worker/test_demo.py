@@ -52,6 +52,7 @@ def test_a_port_in_use_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_a_folder_without_the_shipped_files_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "mine" / "tables").mkdir(parents=True)
+    (tmp_path / "mine" / "tables" / "mine.toml").touch()
     assert main(["demo", "--folder", "mine"]) == 1
     assert "There is no file tables/heavy.toml. Give the name of a new folder" in capsys.readouterr().err
 
@@ -67,7 +68,7 @@ def test_it_stops_what_it_started(tmp_path: Path, port: int, capfd: pytest.Captu
     assert not demo.is_up()
     assert not is_running(RUN / "serve.pid")
     assert main(["demo", "--stop"]) == 0  # nothing is left to stop
-    assert "Stopped" not in capfd.readouterr().out
+    assert "No demo is running" in capfd.readouterr().out
 
 
 @pytest.mark.slow

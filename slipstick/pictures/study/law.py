@@ -57,7 +57,7 @@ def headline(finding: FindingResult, law: Law) -> str:
         return f"{finding.title}: {units.with_unit(text, unit)}"
     change = [law.change[place] for place in _select_known(law)]
     span, net = max(change) - min(change), change[-1] - change[0]
-    size_text = units.with_unit(units.number(factor * span), unit)
+    size_text = units.with_unit(units.number(factor * span), unit) + " of the model's value" * law.relative
     if law.up_to == "line":
         return f"The {subject(finding)} varies with the {argument(finding)}, other than by a straight line"
     if abs(net) < _MONOTONIC * span:

@@ -78,9 +78,9 @@ def test_measurements_of_another_machine_are_taken_in_their_unit() -> None:
     ({"outside": "cake"}, "Known: clip, error, nan"), ({"lines": 100}, "number of lines, 100, is not a power of two"),
     ({"lines": 8}, "The number of lines is 8. Give 16 to 1024"), ({"samples": 1000}, "not a power of two"),
     ({"seed": -1}, "The seed is -1"), ({"method": "expansion", "order": 99}, "no expansion of order 99"),
-    ({"recordings": HEAVY}, "A Bench is not recordings"),
+    ({"recordings": HEAVY}, "The Bench is not recordings"),
     ({"recordings": Recordings(COMPACT.conditions.take([0]), np.array([0.4]))}, "Condition 0 .* is not in the table"),
-    ({"table": HEAVY}, "A Bench is not a table"),
+    ({"table": HEAVY}, "The Bench is not a table"),
 ])
 def test_what_has_no_likelihood_is_refused(table: Path, given: dict[str, Any], message: str) -> None:
     complete: dict[str, Any] = {"table": table, "recordings": MEASURED, "mean": MEAN, "std": STD, "output_std": NOISE}

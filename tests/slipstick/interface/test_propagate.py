@@ -138,7 +138,7 @@ def test_another_machine_keeps_its_unit_and_has_no_noise_by_default() -> None:
     ({"conditions": [0, 3]}, "no condition 3. Give indices from 0 to 2"), ({"conditions": [1, 1]}, "more than once"),
     ({"conditions": []}, "No condition is selected"), ({"conditions": [0.5]}, "whole numbers"),
     ({"conditions": 1}, "Give a list of indices"), ({"output_std": -1.0}, "The output std is -1.0"),
-    ({"output_std": float("nan")}, "The output std is nan"), ({"order": 99}, "no expansion of order 99"),
+    ({"output_std": float("nan")}, "`output_std` is nan"), ({"order": 99}, "no expansion of order 99"),
     ({"norm": 0.0}, "norm of the truncation"), ({"rule": "cake"}, "no rule 'cake'"),
     ({"nodes": 2}, "2 nodes per axis do not resolve"), ({"tolerance": 0.0}, "The tolerance is 0"),
     ({"quantiles": [1.5]}, "no quantile 1.5"), ({"samples": 1000}, "not a power of two"),
@@ -168,7 +168,7 @@ def test_what_is_outside_the_table_is_clipped_missing_or_refused() -> None:
 
 
 def test_only_tables_are_taken(tmp_path: Path) -> None:
-    with pytest.raises(InvalidValue, match=r"A Bench is not a table\. Give a table, such as `slipstick.build` returns"):
+    with pytest.raises(InvalidValue, match=r"The Bench is not a table\. Give a table, such as `slipstick"):
         propagate(HEAVY, 1, 0.1)  # type: ignore[arg-type]
     with pytest.raises(SlipstickError, match="missing"):
         propagate(tmp_path / "missing.h5", 1, 0.1)

@@ -161,7 +161,7 @@ def test_what_is_no_result_is_refused(tmp_path: Path, study: Study) -> None:
     for content in ("{", "[]", '{"kind": "study"}', '{"kind": "cake"}', "{}"):
         file = tmp_path / "other.json"
         file.write_text(content)
-        with pytest.raises(InvalidValue, match=r"other\.json|incomplete"):
+        with pytest.raises(InvalidValue, match=r"other\.json|incomplete|not of a result"):
             slipstick.open_result(file)
     with pytest.raises(UnknownName, match="picture"):
         study.plot("cake")

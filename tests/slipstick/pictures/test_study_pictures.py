@@ -55,7 +55,7 @@ def test_the_law_of_friction_falls_with_slip_beside_its_formula(studied: Studied
     assert one.law is not None
     spec = study_pictures(result, figures)["law"]
     assert spec["title"]["text"].startswith("The friction coefficient falls by ")
-    assert spec["title"]["text"].endswith(" % as the slip of the plates grows")
+    assert spec["title"]["text"].endswith(" % of the model's value as the slip of the plates grows")
     assert "up to a constant" in " ".join(spec["title"]["subtitle"])
     assert len(marks(spec, "symbol")) == len(one.law.change)
     assert len(marks(spec, "line")) == 2  # the law and the formula
@@ -72,7 +72,7 @@ def test_a_law_that_is_not_monotonic_varies(studied: Studied) -> None:
     one = result.findings[0]
     assert one.law is not None
     bent = law_of(one, change=[abs(place - 7) * 0.01 for place in range(len(one.law.change))])
-    assert "varies by 7 % with the slip" in study_pictures(
+    assert "varies by 7 % of the model's value with the slip" in study_pictures(
         with_findings(result, bent), figures)["law"]["title"]["text"]
 
 

@@ -66,12 +66,12 @@ def test_the_run_order_matters_only_if_an_effect_depends_on_it(table, tmp_path):
     assert constant.digest == table.digest
     assert drift.digest != replace(drift, conditions=other).digest
     points = np.ones((1, 2))
-    for name, written in (("constant", constant), ("drift", drift)):
+    for name, written in (("constant.h5", constant), ("drift.h5", drift)):
         written.save(tmp_path / name)
         read = Grid.open(tmp_path / name)
         assert read.digest == written.digest
         assert np.array_equal(read(points, ordered.take([1, 2])), written.interpolate(points)[:, 1:], equal_nan=True)
-    assert Grid.open(tmp_path / "constant").conditions.run_order is None
+    assert Grid.open(tmp_path / "constant.h5").conditions.run_order is None
     assert np.array_equal(constant(points, other), constant.interpolate(points), equal_nan=True)
     for unknown in (other, table.conditions):
         with pytest.raises(InvalidValue, match="not in the table at its position in the run order"):
