@@ -55,7 +55,7 @@ audit: setup ## known vulnerabilities of the dependencies (needs the network)
 
 picture: setup ## redraw the picture of the README, and execute the notebook of docs again
 	@$(BIN)/python docs/picture.py
-	@$(BIN)/jupyter execute --inplace docs/quickstart.ipynb
+	@$(BIN)/jupyter-execute --inplace docs/quickstart.ipynb
 
 bench: setup ## compare with other codes in one run: benchmarks/peers.csv (five minutes, on an idle machine)
 	@$(PIP) install -e '.[bench]'
