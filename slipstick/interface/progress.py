@@ -158,4 +158,5 @@ def _columns(stream: TextIO) -> int:
 
 def _is_notebook() -> bool:
     """Whether this process is the kernel of a notebook, which shows what is written to stderr."""
-    return "ipykernel" in sys.modules
+    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    return type(shell).__name__ == "ZMQInteractiveShell"

@@ -21,6 +21,7 @@ from slipstick.table import Table
 
 pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[2]
+PROGRAMS = f"{Path(sys.executable).parent}:/usr/bin:/bin"
 DOCS = ROOT / "docs"
 PAGE = (DOCS / "any_machine.md").read_text()
 BLOCKS = [block.strip().splitlines() for block in re.findall(r"```sh\n(.*?)```", PAGE, re.DOTALL)]
@@ -30,7 +31,7 @@ def executed(line: str, folder: Path, address: str = "") -> str:
     """The output of a command of the page, with the service at `address`."""
     command = line.replace("python -m", f"{sys.executable} -m")
     done = subprocess.run(["bash", "-o", "pipefail", "-c", command], cwd=folder, capture_output=True, text=True,
-                          env={"PATH": "/usr/bin:/bin", "PYTHONPATH": str(ROOT), "SLIPSTICK": address,
+                          env={"PATH": PROGRAMS, "PYTHONPATH": str(ROOT), "SLIPSTICK": address,
                                "OPENBLAS_NUM_THREADS": os.environ.get("OPENBLAS_NUM_THREADS", "1")},
                           timeout=120, check=False)
     assert done.returncode == 0 or line.startswith("while"), (line, done.stdout, done.stderr)

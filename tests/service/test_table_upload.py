@@ -27,6 +27,8 @@ PROGRAM, = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 COMMANDS, = re.findall(r"```sh\n(.*?)```", PAGE, re.DOTALL)
 HDF5 = {"Content-Type": "application/x-hdf5"}
 
+PROGRAMS = f"{Path(sys.executable).parent}:/usr/bin:/bin"
+
 
 @pytest.fixture(scope="module")
 def motor(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -121,7 +123,7 @@ def test_the_example_of_the_documentation_works(client: httpx.Client, folder: Pa
     answers = []
     for line in COMMANDS.strip().splitlines():
         done = subprocess.run(["bash", "-c", line], cwd=motor.parent, capture_output=True, text=True, check=True,
-                              env={"PATH": "/usr/bin:/bin", "SLIPSTICK": str(client.base_url).rstrip("/")})
+                              env={"PATH": PROGRAMS, "SLIPSTICK": str(client.base_url).rstrip("/")})
         answers.append(json.loads(done.stdout))
     described, propagated = answers
     assert [(axis["name"], axis["nominal"], axis["unit"]) for axis in described["axes"]] == [

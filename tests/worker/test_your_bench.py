@@ -54,7 +54,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "bin" / "python").write_text(f'#!/bin/sh\nexec {sys.executable} "$@"\n')
     (folder / "bin" / "python").chmod(0o755)
     script = "set -e -o pipefail\n" + COMMANDS.replace("127.0.0.1:8000", f"127.0.0.1:{port}")
-    environment = {**os.environ, "PATH": f"{folder / 'bin'}:{os.environ['PATH']}", "SLIPSTICK_PORT": str(port),
+    paths = folder / "bin", Path(sys.executable).parent, os.environ["PATH"]
+    environment = {**os.environ, "PATH": ":".join(map(str, paths)), "SLIPSTICK_PORT": str(port),
                    "PYTHONPATH": str(TABLES.parent)}
     with (folder / "log").open("w") as log:
         process = subprocess.Popen(["bash", "-c", script], cwd=folder, env=environment, stdout=log, stderr=log,

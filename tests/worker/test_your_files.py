@@ -42,7 +42,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "tables" / "measured-compact.h5").write_bytes(few_recordings().to_bytes())
     (folder / "bin" / "python").write_text(f'#!/bin/sh\nexec {sys.executable} "$@"\n')
     (folder / "bin" / "python").chmod(0o755)
-    environment = {**os.environ, "PATH": f"{folder / 'bin'}:{os.environ['PATH']}", "PYTHONPATH": str(TABLES.parent)}
+    paths = folder / "bin", Path(sys.executable).parent, os.environ["PATH"]
+    environment = {**os.environ, "PATH": ":".join(map(str, paths)), "PYTHONPATH": str(TABLES.parent)}
     done = subprocess.run(["bash", "-c", "set -e -o pipefail\n" + COMMANDS], cwd=folder, env=environment,
                           capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -11,7 +11,9 @@ import termios
 import time
 from pathlib import Path
 
+import nbformat
 import pytest
+from nbclient import NotebookClient
 
 from slipstick.interface.progress import ProgressLine, counting, duration
 
@@ -19,7 +21,6 @@ ROOT = Path(__file__).parents[3]
 COUNTS = """
 import sys, time
 from slipstick.interface.progress import ProgressLine
-sys.modules.update(dict.fromkeys(sys.argv[1:]))
 with ProgressLine(log="log" in sys.argv) as line:
     for done in range(0, 1001, 250):
         line.count(done, 1000, "engagements", 250 * bool(done))
@@ -78,13 +79,14 @@ def test_nothing_is_written_to_a_pipe_unless_it_is_a_log() -> None:
 
 
 def test_a_notebook_shows_a_line_that_is_updated() -> None:
-    text = "\n".join(run_in_pipe("ipykernel"))
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(COUNTS)])
+    NotebookClient(notebook, resources={"metadata": {"path": str(ROOT)}}).execute()
+    text = "".join(shown["text"] for shown in notebook.cells[0].outputs if shown.get("name") == "stderr").rstrip("\n")
     assert text.count("\r") == 7
     assert "\n".join(line.split("\r")[-1].rstrip() for line in text.split("\n")).endswith("end\nafter")
 
 
-def test_a_file_is_not_a_notebook(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "ipykernel", None)
+def test_a_file_is_not_a_notebook() -> None:
     file = io.StringIO()
     ProgressLine(file).count(1, 2, "runs")
     assert file.getvalue() == ""
