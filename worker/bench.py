@@ -8,10 +8,10 @@ from typing import Literal
 from slipstick.bench import Bench
 from slipstick.clutch.ensemble import STATUS
 from slipstick.errors import InvalidValue
+from slipstick.interface.files import write
 from slipstick.pictures.rendering import render
 from slipstick.plausibility import Inspection, inspect
 from slipstick.plausibility.picture import picture
-from slipstick.storage.files import replacing
 
 from .bench_option import bench_file
 from .program import command_line
@@ -57,8 +57,7 @@ def _check(path: Path, out: Path | None) -> int:
     print(report(inspection))
     if out is not None:
         condition = inspection.behaviour.nearest_to(0.5)
-        with replacing(out) as temporary:
-            temporary.write_bytes(render(picture(inspection.bench, condition), _FORMS[out.suffix]))
+        write(out, render(picture(inspection.bench, condition), _FORMS[out.suffix]))
         print(f"Wrote {out}: condition {condition}")
     return 0 if inspection.behaviour.locked.any() else 1
 

@@ -10,15 +10,5 @@ from slipstick.black_box.measurements import Measurements
 from slipstick.black_box.reader import BlackBox, is_black_box
 from slipstick.black_box.simulation import Simulation, Workers
 
-__all__ = [
-           "BlackBox",
-           "BlackBoxDescription",
-           "Cases",
-           "Function",
-           "Input",
-           "Measurements",
-           "Quantity",
-           "Simulation",
-           "Workers",
-           "is_black_box",
-]
+__all__ = ["BlackBox", "BlackBoxDescription", "Cases", "Function", "Input", "Measurements", "Quantity", "Simulation",
+           "Workers", "is_black_box"]

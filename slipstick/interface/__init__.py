@@ -3,4 +3,5 @@
 `import slipstick` gives their names (docs/python.md). Service and worker call the same functions.
 """
 
-__all__ = ["frames", "picture", "progress", "result"]
+__all__ = ["build", "calibrate", "files", "fit", "frames", "likelihood", "models", "picture", "progress", "propagate",
+           "rehearsal", "result", "results", "simulate", "study", "surrogate", "tables"]

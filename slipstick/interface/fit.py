@@ -27,6 +27,7 @@ from slipstick.pictures import CAPTIONS, pictures
 from slipstick.pictures.theme import Spec
 from slipstick.plausibility.mismatch import require_match
 from slipstick.report import words
+from slipstick.report.page import page
 from slipstick.table import Outside, Table
 from slipstick.table.subject import Subject, output_of
 from slipstick.time_budget import clock_times, seconds_of, stage_times
@@ -129,8 +130,6 @@ class Fit(Result):
 
         Raises `InvalidValue` for a path that does not end in `.html`, or where the extra `reports` is not installed.
         """
-        from slipstick.report.page import page
-
         require_html(path)
         return write(path, page(self.request, self.output).encode())
 

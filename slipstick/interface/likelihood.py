@@ -13,10 +13,9 @@ from slipstick.errors import InvalidValue
 from slipstick.inference.inputs import table_inputs
 from slipstick.inference.likelihoods import Likelihoods, LikelihoodSettings, Method, compute_likelihoods
 from slipstick.inference.problems import Measured, table_problem
-from slipstick.interface.frames import data_frame
 from slipstick.interface.models import in_unit_of
-from slipstick.interface.result import Result
 from slipstick.interface.tables import (
+    TableAnswer,
     TableLike,
     axes_of,
     condition_columns,
@@ -28,23 +27,21 @@ from slipstick.interface.tables import (
     open_table,
     require_outside,
     table_name,
-    take_entries,
 )
 from slipstick.pictures.output import Output
 from slipstick.pictures.theme import Spec
 from slipstick.recordings import Recordings
+from slipstick.report.propagation import inputs_text, outside_warning
+from slipstick.report.words import number, signed
 from slipstick.table import Outside, Table
 from slipstick.table.subject import columns
 from slipstick.uncertainty.chaos import ORDER, ExpansionSettings, Family, Rule
 from slipstick.uncertainty.likelihood import SAMPLES, Candidate
 from slipstick.uncertainty.likelihood.line_rules import ACROSS
 
-_ANSWER = ("table", "table_digest", "recordings", "recordings_digest", "axes", "outside", "described", "candidates")
-_FURTHER = ("output", "measured_time", "request", "condition_columns")
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Likelihood(Result):
+class Likelihood(TableAnswer):
     """The likelihood of n measured outputs under one distribution of d uncertain inputs.
 
     `answer` has it as JSON, as the REST service gives it for one candidate, and `request` says what was asked for.
@@ -53,17 +50,10 @@ class Likelihood(Result):
     """
 
     kind: ClassVar[str] = "likelihood"
+    entries: ClassVar[tuple[str, ...]] = (
+        "table", "table_digest", "recordings", "recordings_digest", "axes", "outside", "described", "candidates")
 
-    answer: dict[str, Any]
-    output: Mapping[str, str]
     measured_time: Sequence[float]
-    request: Mapping[str, Any]
-    condition_columns: Mapping[str, Sequence[float]]
-
-    @property
-    def inputs(self) -> tuple[str, ...]:
-        """Names of the d uncertain inputs."""
-        return tuple(axis["name"] for axis in self.answer["axes"])
 
     @property
     def log10_likelihood(self) -> float:
@@ -97,9 +87,6 @@ class Likelihood(Result):
 
     def summary(self) -> list[str]:
         """The log10 likelihood and its error, the inputs, the least likely measurement, and what limits the result."""
-        from slipstick.report.propagation import inputs_text, outside_warning
-        from slipstick.report.words import number, signed
-
         shown, densities = Output.of({"output": self.output}), self.log10_density
         least = int(np.argmin(densities))
         least_likely = f"measurement {least} ({self.answer['described'][least]})"
@@ -122,19 +109,6 @@ class Likelihood(Result):
     def pictures(self) -> dict[str, tuple[Spec, str]]:
         """There are none."""
         return {}
-
-    def to_frame(self) -> Any:
-        """A row for each measurement."""
-        return data_frame(self.columns)
-
-    def to_dict(self) -> dict[str, Any]:
-        """The answer of the REST service to one candidate, and the measurements."""
-        return {**self.answer, **{name: getattr(self, name) for name in _FURTHER}}
-
-    @classmethod
-    def from_dict(cls, values: Mapping[str, Any]) -> "Likelihood":
-        """The likelihood whose `to_dict` is `values`; raises `InvalidValue`."""
-        return cls(take_entries(values, _ANSWER, cls.kind), **take_entries(values, _FURTHER, cls.kind))
 
     @property
     def _candidate(self) -> Mapping[str, Any]:
@@ -218,8 +192,8 @@ def likelihood(table: TableLike, recordings: Measured | Path | str, mean: float 
                "expansion": {"order": order, "norm": norm, "rule": rule, "nodes": nodes, "runs": runs},
                "lines": lines, "samples": samples, "seed": seed, "per_condition": True}
     answer = answer_of(opened, table_name(table), recordings, computed, request)
-    return Likelihood(answer, asdict(opened.output), recordings.measured_time.tolist(), request,
-                      columns(recordings.conditions))
+    return Likelihood(answer, asdict(opened.output), request, columns(recordings.conditions),
+                      recordings.measured_time.tolist())
 
 
 def answer_of(table: Table, name: str, recordings: Recordings | Measurements, computed: Likelihoods,

@@ -19,10 +19,9 @@ from slipstick.inference.propagation import (
     select_conditions,
 )
 from slipstick.interface.files import require_html, write
-from slipstick.interface.frames import data_frame
 from slipstick.interface.models import in_unit_of
-from slipstick.interface.result import Result
 from slipstick.interface.tables import (
+    TableAnswer,
     TableLike,
     axes_of,
     condition_columns,
@@ -33,10 +32,10 @@ from slipstick.interface.tables import (
     open_table,
     require_outside,
     table_name,
-    take_entries,
 )
 from slipstick.pictures import propagation as picture
 from slipstick.pictures.theme import Spec
+from slipstick.report.propagation import headline, inputs_text, propagation_page, propagation_text, warnings
 from slipstick.table import Outside, Table
 from slipstick.table.subject import columns
 from slipstick.uncertainty.chaos import ORDER, ExpansionSettings, Family, Rule
@@ -46,13 +45,10 @@ DENSITY_POINTS = 161
 """Default number of points of a density; a picture needs as many."""
 _NO_EXPANSION = "The model has no shifting time at one or more nodes of the expansion: the engagement does not lock " \
                 "there, or the node lies outside the table and `outside` is `nan`"
-_ANSWER = ("table", "table_digest", "axes", "outside", "mass_outside", "order", "nodes", "reached", "germs", "degrees",
-           "conditions")
-_FURTHER = ("output", "request", "condition_columns")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Propagation(Result):
+class Propagation(TableAnswer):
     """Distributions of an output in n conditions for d uncertain inputs; NaN where a condition has none.
 
     `answer` has all of it as JSON, as the REST service gives it, and `request` says what was asked for. `output` is the
@@ -61,16 +57,9 @@ class Propagation(Result):
     """
 
     kind: ClassVar[str] = "propagation"
-
-    answer: dict[str, Any]
-    output: Mapping[str, str]
-    request: Mapping[str, Any]
-    condition_columns: Mapping[str, Sequence[float]]
-
-    @property
-    def inputs(self) -> tuple[str, ...]:
-        """Names of the d uncertain inputs."""
-        return tuple(axis["name"] for axis in self.answer["axes"])
+    entries: ClassVar[tuple[str, ...]] = (
+        "table", "table_digest", "axes", "outside", "mass_outside", "order", "nodes", "reached", "germs",
+        "degrees", "conditions")
 
     @property
     def conditions(self) -> np.ndarray:
@@ -168,8 +157,6 @@ class Propagation(Result):
 
     def summary(self) -> list[str]:
         """What was propagated to what, how far the outputs scatter, the inputs, and what limits the result."""
-        from slipstick.report.propagation import headline, inputs_text, warnings
-
         drawn = self._drawn
         return [f"{headline(drawn)}. {picture.summarize(drawn)}.", inputs_text(drawn, self.request),
                 *(" ".join(parts) for parts in warnings(drawn, self.request))]
@@ -177,8 +164,6 @@ class Propagation(Result):
     @property
     def text(self) -> str:
         """The summary and a table of the first conditions as plain text."""
-        from slipstick.report.propagation import propagation_text
-
         return propagation_text(self._drawn, self.request, self.condition_columns)
 
     def pictures(self) -> dict[str, tuple[Spec, str]]:
@@ -186,28 +171,13 @@ class Propagation(Result):
         spec = picture.draw(self._drawn, self.request["quantiles"], self.condition_columns)
         return {"propagation": (spec, picture.caption(self._drawn))}
 
-    def to_frame(self) -> Any:
-        """A row for each condition."""
-        return data_frame(self.columns)
-
     def report(self, path: Path | str) -> Path:
         """Write the report as one HTML page, which needs no network and no scripts, and return its path.
 
         Raises `InvalidValue` for a path that does not end in `.html`, or where the extra `reports` is not installed.
         """
-        from slipstick.report.propagation import propagation_page
-
         require_html(path)
         return write(path, propagation_page(self._drawn, self.request, self.condition_columns).encode())
-
-    def to_dict(self) -> dict[str, Any]:
-        """The answer of the REST service, and what the picture needs beside it."""
-        return {**self.answer, **{name: getattr(self, name) for name in _FURTHER}}
-
-    @classmethod
-    def from_dict(cls, values: Mapping[str, Any]) -> "Propagation":
-        """The propagation whose `to_dict` is `values`; raises `InvalidValue`."""
-        return cls(take_entries(values, _ANSWER, cls.kind), **take_entries(values, _FURTHER, cls.kind))
 
     @property
     def _drawn(self) -> dict[str, Any]:

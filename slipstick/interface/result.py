@@ -12,6 +12,7 @@ from slipstick.interface.files import require_suffix, write
 from slipstick.interface.picture import Picture
 from slipstick.pictures.rendering import has_renderer, inline
 from slipstick.pictures.theme import Spec
+from slipstick.report.markup import paragraph
 
 HEAD = ("kind", "version")
 """Fields that the file of a result has beside the result."""
@@ -72,8 +73,6 @@ class Result(ABC):
 
     def _repr_html_(self) -> str:
         """What a notebook shows: the summary, and the main picture where the renderer is installed."""
-        from slipstick.report.markup import paragraph
-
         parts = [paragraph(text) for text in self.summary()]
         specs = self.pictures()
         if specs and has_renderer():

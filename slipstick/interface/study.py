@@ -18,6 +18,7 @@ from slipstick.interface.rehearsal import compile_study
 from slipstick.interface.result import Result
 from slipstick.pictures.study import CAPTIONS, law, study_pictures
 from slipstick.pictures.theme import Spec
+from slipstick.report.study.page import study_page
 from slipstick.studies import StudyResult, StudySettings, conclude, examine, unconfirmed
 from slipstick.studies.export import file_stem, has_table, law_csv, law_mat
 from slipstick.studies.figures import Figures
@@ -209,8 +210,6 @@ class Study(Result):
         With the same fit on tables of both models, `before` and `after` they were extended, it compares the fits.
         Raises `InvalidValue` for a path that does not end in `.html`, or where the extra `reports` is not installed.
         """
-        from slipstick.report.study.page import study_page
-
         require_html(path)
         values = self.to_dict()
         fits = None if before is None or after is None else {"before": before.to_dict(), "after": after.to_dict()}

@@ -2,10 +2,12 @@
 
 import csv
 import io
+from abc import abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, ClassVar, Self, get_args
 
 import numpy as np
 
@@ -13,7 +15,9 @@ from slipstick.bench.conditions import CONDITION_UNITS
 from slipstick.black_box import Measurements
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.inference.problems import Measured
+from slipstick.interface.frames import data_frame
 from slipstick.interface.models import describe
+from slipstick.interface.result import Result
 from slipstick.pictures.conditions import described
 from slipstick.recordings import Recordings
 from slipstick.table import Outside, Table
@@ -98,6 +102,49 @@ def take_entries(values: Mapping[str, Any], names: Sequence[str], kind: str) -> 
     if missing:
         raise InvalidValue(f"The {kind} is incomplete: it has no `{missing[0]}`", "Give a file that `save` wrote")
     return {name: values[name] for name in names}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TableAnswer(Result):
+    """A result about a table: the `answer` of the REST service as JSON, and what the picture needs beside it.
+
+    `output` is the name and unit of the output, `request` what was asked for, and `condition_columns` are conditions.
+    """
+
+    entries: ClassVar[tuple[str, ...]]
+    """Names of the entries of the answer."""
+
+    answer: dict[str, Any]
+    output: Mapping[str, str]
+    request: Mapping[str, Any]
+    condition_columns: Mapping[str, Sequence[float]]
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the d uncertain inputs."""
+        return tuple(axis["name"] for axis in self.answer["axes"])
+
+    @property
+    @abstractmethod
+    def columns(self) -> dict[str, list[Any]]:
+        """Heading with unit -> the values of a column."""
+
+    def to_frame(self) -> Any:
+        """The columns as a data frame."""
+        return data_frame(self.columns)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The answer of the REST service, and the other fields beside it."""
+        return {**self.answer, **{name: getattr(self, name) for name in self._beside()}}
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> Self:
+        """The result whose `to_dict` is `values`; raises `InvalidValue`."""
+        return cls(take_entries(values, cls.entries, cls.kind), **take_entries(values, cls._beside(), cls.kind))
+
+    @classmethod
+    def _beside(cls) -> list[str]:
+        return [field.name for field in fields(cls) if field.name != "answer"]
 
 
 def csv_text(columns: Mapping[str, Iterable[Any]]) -> str:
