@@ -78,7 +78,11 @@ MAY_IMPORT = {
     "slipstick.inference": "numpy slipstick.errors slipstick.bench slipstick.clutch slipstick.black_box "
                            "slipstick.plausibility.mismatch slipstick.recordings slipstick.table "
                            "slipstick.time_budget slipstick.uncertainty",
+    # The engine knows no machine, and a machine no engine.
+    "slipstick.machine": "numpy h5py slipstick.errors",
+    "slipstick.engine": "numpy scipy numba slipstick.errors slipstick.numerics slipstick.machine",
     "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.numerics slipstick.bench slipstick.blocks "
+                        "slipstick.engine.linear_model "
                         "slipstick.clutch slipstick.recordings",
     "slipstick.confirmation": "numpy scipy numba slipstick.errors slipstick.numerics slipstick.bench "
                               "slipstick.blocks.whitening slipstick.clutch slipstick.naming slipstick.recordings",

@@ -21,7 +21,7 @@ from slipstick.clutch.ensemble import Response
 from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.schema import DOCUMENTED
 from slipstick.confirmation.traces import Traces
-from slipstick.naming.grams import likelihood, solve
+from slipstick.engine.linear_model import likelihood, solve
 
 WITHIN = "within_engagements"
 """Name of the gap of all signals beside the scatter of the parameters."""

@@ -6,7 +6,7 @@ from dataclasses import replace
 from slipstick.clutch.effects import Effect
 from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.starts import About
-from slipstick.naming.grams import estimate
+from slipstick.engine.linear_model import estimate
 
 
 def estimate_likelihoods(fit: SimulationFit, effects: Iterable[Effect]) -> dict[str, float]:

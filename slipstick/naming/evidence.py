@@ -7,7 +7,7 @@ import numpy as np
 
 from slipstick.naming.block import Pair
 from slipstick.naming.fit import BlockFit
-from slipstick.naming.grams import Fitted, estimate, likelihood, solve
+from slipstick.engine.linear_model import Fitted, estimate, likelihood, solve
 from slipstick.naming.linear_model import (
     Further,
     Joint,

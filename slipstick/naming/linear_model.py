@@ -14,7 +14,7 @@ import numpy as np
 
 from slipstick.blocks.whitening import BlockNoise, whitened
 from slipstick.naming.block import Block, Laws, Pair
-from slipstick.naming.grams import Gram
+from slipstick.engine.linear_model import Gram
 from slipstick.numerics.threads import mapped
 
 LAW_PRECISION = 1 / 3**2

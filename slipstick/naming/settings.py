@@ -1,5 +1,6 @@
 """The constants that decide what is named, and their digest."""
 
+import ast
 import hashlib
 import json
 import math
@@ -81,11 +82,11 @@ class NamingSettings:
     @property
     def digest(self) -> str:
         """SHA-256 of all settings and of the method."""
-        return digest_of(self, "blocks", "naming")
+        return digest_of(self, "blocks", "naming", "engine")
 
 
 def digest_of(settings: Any, *packages: str) -> str:
-    """SHA-256 of the fields of `settings`, and of the source of these packages of slipstick.
+    """SHA-256 of the fields of `settings`, and of the code of these packages of slipstick, without its texts.
 
     Constants in the source decide as well: equal digests stand for the same method with the same settings.
     """
@@ -94,5 +95,15 @@ def digest_of(settings: Any, *packages: str) -> str:
         sources = sorted((Path(__file__).parents[1] / package).glob("*.py"))
         assert sources, package
         for path in sources:
-            hashed.update(path.read_bytes())
+            hashed.update(_code_of(path.read_text()).encode())
     return hashed.hexdigest()
+
+
+def _code_of(source: str) -> str:
+    """The syntax tree of a module, without comments and without expressions that are texts, such as docstrings."""
+    tree = ast.parse(source)
+    for node in ast.walk(tree):
+        if isinstance(body := getattr(node, "body", None), list):
+            node.body = [each for each in body if not (  # type: ignore[attr-defined]
+                isinstance(each, ast.Expr) and isinstance(each.value, ast.Constant) and isinstance(each.value.value, str))]
+    return ast.dump(tree)

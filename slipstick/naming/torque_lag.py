@@ -12,7 +12,7 @@ import numpy as np
 from slipstick.naming.block import Pair
 from slipstick.naming.curved import CurvedFit
 from slipstick.naming.fit import BlockFit
-from slipstick.naming.grams import estimate
+from slipstick.engine.linear_model import estimate
 from slipstick.naming.linear_model import joined, part_of
 
 OF_FRICTION: Pair = ("contact pressure", "lag")

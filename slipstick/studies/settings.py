@@ -42,7 +42,7 @@ class StudySettings:
     @property
     def digest(self) -> str:
         """SHA-256 of all settings and of the method."""
-        return digest_of(self, "blocks", "naming", "confirmation", "studies")
+        return digest_of(self, "blocks", "naming", "engine", "confirmation", "studies")
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> "StudySettings":

@@ -10,9 +10,9 @@ from scipy.optimize import lsq_linear
 from scipy.stats import norm
 
 from slipstick.blocks.whitening import BlockNoise, whitened
+from slipstick.engine.linear_model import Gram
 from slipstick.naming.curved import CurvedFit, _linearised, _predicted, _spread, fit_curved
 from slipstick.naming.curved_steps import HIGHEST, LOWEST, Values, stepped, within_bounds
-from slipstick.naming.grams import Gram
 
 TIME = np.linspace(0, 1, 60)
 STD, MEAN, SCATTER, CLOCK, LAW = 0.02, 0.1, 0.2, 0.004, 0.25

@@ -11,9 +11,9 @@ from scipy.optimize import minimize
 from scipy.stats import multivariate_normal
 
 from slipstick.clutch.model import Model
+from slipstick.engine.linear_model import Fitted, Gram, estimate, likelihood, marginalise, solve
 from slipstick.naming.evidence import FOLDS, Table, gains, table
 from slipstick.naming.fit import BlockFit, fit
-from slipstick.naming.grams import Fitted, Gram, estimate, likelihood, marginalise, solve
 from slipstick.naming.linear_model import Further, Joint, Part, columns_of, joined, part_of
 from slipstick.naming.selection import in_agreement, in_errors
 from tests.benches import HEAVY
@@ -110,7 +110,7 @@ def test_variances_maximise_the_dense_restricted_likelihood(seed: int) -> None:
 
 
 def test_a_step_never_lowers_the_restricted_likelihood(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("slipstick.naming.grams._STEPS", 1)
+    monkeypatch.setattr("slipstick.engine.linear_model._STEPS", 1)
     for seed, begin in enumerate((0.0, 1e-4, 3.0, 50.0)):
         some, variance = problem(seed), np.full(Q, begin)
         values = [some.restricted(variance)]

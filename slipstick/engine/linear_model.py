@@ -1,6 +1,6 @@
-"""The linear mixed model of whitened engagements, in small matrices.
+"""The linear mixed model of whitened runs, in small matrices.
 
-An engagement i has whitened columns R_i (random), F_i (fixed) and the residual y_i, of which only the products
+A run i has whitened columns R_i (random), F_i (fixed) and the residual y_i, of which only the products
 G_i = [R F y]' [R F y] enter:
 
     y_i = R_i b_i + [R_i F_i] c + e_i,   b_i ~ N(0, diag(variance)),   e_i ~ N(0, 1),   c ~ N(target, 1 / precision)
@@ -26,7 +26,7 @@ _SETTLED = 1e-3
 so that what is left to rise is less."""
 
 _RIDGE = 1e-9
-"""Relative to the information on a variance: two random columns may be the same where a bench leaves them."""
+"""Relative to the information on a variance: two random columns may be the same where recordings leave them."""
 
 REACH = 3.0
 """Standard deviations of its prior by which a coefficient may differ from its target."""
@@ -73,12 +73,12 @@ class Fitted:
 
     @property
     def likelihood(self) -> np.ndarray:
-        """Log-likelihood (n,) of the engagements in nats, up to a constant of the data."""
+        """Log-likelihood (n,) of the runs in nats, up to a constant of the data."""
         return likelihood(self.marginal, self.logdet, self.coefficients)
 
     @property
     def posterior(self) -> float:
-        """Log-likelihood of all engagements in nats with the prior of the coefficients, up to a constant."""
+        """Log-likelihood of all runs in nats with the prior of the coefficients, up to a constant."""
         off = self.coefficients - self.gram.target
         return float(self.likelihood.sum() - 0.5 * self.gram.precision @ off**2)
 
@@ -94,7 +94,7 @@ class Fitted:
 
     @property
     def squares(self) -> np.ndarray:
-        """Sum of squared whitened residuals (n,) after the random effects of each engagement."""
+        """Sum of squared whitened residuals (n,) after the random effects of each run."""
         q = self.gram.random
         own = self.coefficients[:q] + self.each
         fixed = np.tile(self.coefficients[q:], (len(own), 1))
@@ -103,7 +103,7 @@ class Fitted:
 
 
 def likelihood(marginal: np.ndarray, logdet: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-    """Log-likelihood (n,) in nats, up to a constant of the data, of engagements at coefficients (c - 1,).
+    """Log-likelihood (n,) in nats, up to a constant of the data, of runs at coefficients (c - 1,).
 
     `marginal` (n, c, c) and `logdet` (n,) are those of `marginalise`. The random effects are integrated out, the prior
     is not in it.
@@ -146,7 +146,7 @@ class Solved(NamedTuple):
 
 
 def solve(gram: Gram, marginal: np.ndarray) -> Solved:
-    """The coefficients given `marginal` (c, c), the sum of the products of those engagements that count.
+    """The coefficients given `marginal` (c, c), the sum of the products of those runs that count.
 
     A coefficient is at most `REACH` standard deviations of its prior from its target: what asks for a clock that is 200
     samples late is not a clock.
@@ -159,13 +159,13 @@ def solve(gram: Gram, marginal: np.ndarray) -> Solved:
         information = products + np.diag(precision)
         scale = 1 / np.sqrt(np.diag(information))  # columns have units, and may differ by many orders of magnitude
         inverse = np.linalg.inv(information * np.outer(scale, scale)) * np.outer(scale, scale)
-        found = Solved(inverse @ (pull + precision * target), inverse, precision, target)
-        beyond = np.abs(found.coefficients - gram.target) > reach * (1 + _BEYOND)
+        solved = Solved(inverse @ (pull + precision * target), inverse, precision, target)
+        beyond = np.abs(solved.coefficients - gram.target) > reach * (1 + _BEYOND)
         if not beyond.any():
             break
-        target = np.where(beyond, gram.target + np.clip(found.coefficients - gram.target, -reach, reach), target)
+        target = np.where(beyond, gram.target + np.clip(solved.coefficients - gram.target, -reach, reach), target)
         precision = np.where(beyond, np.maximum(precision, _HOLD * np.diag(products)), precision)
-    return found
+    return solved
 
 
 def estimate(gram: Gram, variance: np.ndarray, fixed: bool = False) -> Fitted:
@@ -184,6 +184,12 @@ def _predicted(gram: Gram, spread: np.ndarray, coefficients: np.ndarray) -> np.n
     """Random effects (n, q) at these coefficients (c - 1,), with covariances `spread` (n, q, q) given the data."""
     pull = gram.products[:, :gram.random, -1] - gram.products[:, :gram.random, :-1] @ coefficients
     return np.asarray((spread @ pull[..., None])[..., 0])
+
+
+def restricted_likelihood(gram: Gram, variance: np.ndarray) -> float:
+    """Log-likelihood in nats up to a constant of the data: coefficients and random effects are integrated out."""
+    random = np.ascontiguousarray(gram.products[:, :gram.random])
+    return _restricted(gram, random, gram.products.sum(axis=0), variance).likelihood
 
 
 class _Restricted(NamedTuple):

@@ -1,0 +1,90 @@
+"""What a law gains: in log marginal likelihood, and held out in each run."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipstick.engine.fit import Fit, Prior, choose_prior, count_replaced, law_products
+from slipstick.engine.laws import Candidate
+from slipstick.engine.linear_model import estimate, restricted_likelihood
+
+_WORTH = 2.0
+"""Nats at fixed variances below which a candidate is not compared further."""
+
+
+@dataclass(frozen=True, eq=False)
+class Screened:
+    """The gain in nats of a candidate in the linear model about a fit, and the prior with which it has this gain."""
+
+    candidate: Candidate
+    nats: float
+    prior: Prior
+
+
+def screen(fit: Fit, candidates: Sequence[Candidate]) -> list[Screened]:
+    """Return the gains of candidates with few coefficients about a fit, the largest first."""
+    screened = [_screen(fit, candidate) for candidate in candidates if candidate.pair not in fit.laws]
+    return sorted(screened, key=lambda each: -each.nats)
+
+
+def _screen(fit: Fit, candidate: Candidate) -> Screened:
+    coarse = candidate.coarse()
+    products = fit.products.join(*law_products(fit, coarse))
+    variance, gain, prior, known_up_to = fit.fitted.variance, 0.0, Prior(), None
+    for _ in range(2):  # the prior at the variances without the law, and then at those with it
+        roots = [*fit.roots, np.eye(coarse.count)]
+        gram, _ = products.gram(roots)
+        places = products.places(len(roots) - 1, roots)
+        if known_up_to is None:
+            raw = np.arange(coarse.count) + products.values.shape[1] - 1 - coarse.count
+            known_up_to = count_replaced(products, coarse, raw)
+        gain, prior = choose_prior(gram, coarse, places, variance, known_up_to)
+        if gain < _WORTH:
+            return Screened(candidate, gain, prior)
+        gram, _ = products.gram([*fit.roots, prior.root(coarse)])
+        variance = estimate(gram, np.maximum(variance, 1e-8)).variance
+        gain = restricted_likelihood(gram, variance) - fit.evidence
+    return Screened(candidate, gain, prior)
+
+
+def hold_out(fit: Fit) -> np.ndarray:
+    """Return the log density (n,) of each run given all others: coefficients are integrated out, variances are kept."""
+    gram, marginal, logdet = fit.fitted.gram, fit.fitted.marginal, fit.fitted.logdet
+    precision, target, total = gram.precision, gram.target, marginal.sum(axis=0)
+    prior = np.zeros_like(total)
+    prior[:-1, :-1] = np.diag(precision)
+    prior[:-1, -1] = prior[-1, :-1] = precision * target
+    prior[-1, -1] = precision @ target**2
+
+    def density(products: np.ndarray, logdets: np.ndarray) -> np.ndarray:
+        scale = 1 / np.sqrt(np.diagonal(products[..., :-1, :-1], axis1=-2, axis2=-1))
+        scaled = products[..., :-1, :-1] * scale[..., :, None] * scale[..., None, :]
+        pull = products[..., :-1, -1] * scale
+        quadratic = products[..., -1, -1] - (pull * np.linalg.solve(scaled, pull[..., None])[..., 0]).sum(axis=-1)
+        return np.asarray(-0.5 * (logdets + quadratic + np.linalg.slogdet(scaled)[1] - 2 * np.log(scale).sum(axis=-1)))
+
+    whole = density((total + prior)[None], logdet.sum())[0]
+    return np.asarray(whole - density((total + prior)[None] - marginal, logdet.sum() - logdet))
+
+
+def expect(fit: Fit, candidate: Candidate) -> np.ndarray:
+    """Return the standard errors (n,) by which each run shows a law of a fit, if it is right."""
+    places = fit.products.places(list(fit.laws).index(candidate.pair), fit.roots)
+    c = fit.fitted.coefficients[places]
+    return np.sqrt(np.maximum(np.einsum("p,npq,q->n", c, fit.fitted.marginal[:, places][:, :, places], c), 0.0))
+
+
+def agree(gains: np.ndarray, expected: np.ndarray) -> float:
+    """Return the agreement of the runs in standard errors, from their held-out `gains` (n,) in nats.
+
+    The signed root of twice a gain is normal, with the `expected` (n,) mean where the law is right. These roots are
+    regressed on it: runs in which a law does not act do not count, and a few runs are not the agreement of all.
+    """
+    roots = np.sign(gains) * np.sqrt(2 * np.abs(gains))
+    square = float(expected @ expected)
+    if square <= 0:
+        return 0.0
+    slope = float(expected @ roots) / square
+    spread = float(((roots - slope * expected) ** 2).sum()) / (len(roots) - 1)
+    return slope / max(np.sqrt(spread / square), 1e-9)

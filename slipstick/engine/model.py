@@ -1,0 +1,337 @@
+"""The linear model of a machine's parts about a state of their parameters and laws.
+
+Every parameter, law and error is a change of a parameter, a quantity or an input of the equations, or of what a sensor
+reads, so that all columns are linear responses along the trajectory. Columns that differ between runs by a factor only,
+such as those of laws over what is constant in a run, are one whitened row and their factors.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from slipstick.engine.bases import Variable
+from slipstick.engine.laws import Candidate
+from slipstick.engine.recordings import Pair, Part, Recorded, Term, clock_of, guess_track
+from slipstick.engine.trajectory import Kind, OwnLaw, Problem, Trajectory, solve
+from slipstick.engine.whitening import CarriedNoise, whiten
+from slipstick.machine.declaration import SENSOR, Namespace, identifier_of
+
+_LATER = 0.01
+"""Step of the derivative with the clock, in samples."""
+_TOGETHER = 8
+"""Runs that are whitened together, so that their columns stay in the cache."""
+
+Key = tuple[str, str]
+"""What a row is the response to: "parameter", "quantity", "input" or "sensor", and its name; or "clock"."""
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Where a fit is: `points` (n, r) of the random terms with `means` (r,), `shared` (s,) values, and `laws` by pair.
+
+    `tracks` are the states of each part from which its equations are solved again: driven by measured and by smooth
+    inputs.
+    """
+
+    points: np.ndarray
+    means: np.ndarray
+    shared: np.ndarray
+    laws: Mapping[Pair, np.ndarray]
+    tracks: Mapping[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class PartModel:
+    """A part about a state: its smooth `trajectory`, its `predicted` signals (n, o, k), and whitened rows.
+
+    `signals` (n, o, K) are what the sensors read without errors: those of the trajectory, or measured ones at samples for
+    which a part without states does not hold.
+
+    `rows` (n, r + 1, o k) are the responses to the `keys` of terms and laws between runs, then those of laws within
+    runs, then the residual; the sensors are late by `clocks` (o,), in samples. `places` are the rows of each law within runs. `track` are the states of either trajectory.
+    """
+
+    part: Part
+    state: State
+    laws: Mapping[Pair, Candidate]
+    trajectory: Trajectory
+    signals: np.ndarray
+    predicted: np.ndarray
+    clocks: tuple[float, ...]
+    carried: CarriedNoise | None
+    keys: tuple[Key, ...]
+    places: Mapping[Pair, slice]
+    rows: np.ndarray
+    track: tuple[np.ndarray, np.ndarray]
+
+    @property
+    def residual(self) -> np.ndarray:
+        """What is measured beyond the prediction (n, o, k), in the units of the signals."""
+        return self.part.measured - self.predicted
+
+    def white(self, columns: np.ndarray) -> np.ndarray:
+        """Return columns (n, c, o, k) whitened, (n, c, o k)."""
+        return _white(self.part, columns, self.carried)
+
+    def late(self, signals: np.ndarray) -> np.ndarray:
+        """Return the samples (..., o, k) of signals (..., o, K), read by sensors that are late."""
+        fine = self.part.fine
+        return np.stack([late(signals[..., place, :], fine * clock, fine) for place, clock in enumerate(self.clocks)],
+                        axis=-2)
+
+    def own(self) -> dict[str, np.ndarray]:
+        """Return the values (n, K) of the part's own variables."""
+        return own_values(self.part, self.trajectory)
+
+    def law_columns(self, candidate: Candidate) -> np.ndarray:
+        """Return the columns (n, m, o, k) of a law; (n, 1, o, k) of one between runs, for a factor of 1."""
+        return _law_columns(self, candidate)
+
+
+def is_between(candidate: Candidate) -> bool:
+    """Whether a law is over what is constant in a run."""
+    return candidate.variable.kind == "between"
+
+
+def own_values(part: Part, trajectory: Trajectory) -> dict[str, np.ndarray]:
+    """Return the values (n, K) of a part's own variables."""
+    problem = trajectory.problem
+    x = Namespace(**{name: trajectory.x[:, place] for place, name in enumerate(part.system.states)})
+    u, p = Namespace(**problem.inputs), Namespace(**problem.parameters)
+    values = {name: np.broadcast_to(read(x, u, p), trajectory.outputs[:, 0].shape)
+              for name, read in part.system.own.items()}
+    return {**{signal: trajectory.outputs[:, place] for place, signal in enumerate(part.signals)}, **values}
+
+
+def nominal_own_values(part: Part) -> dict[str, np.ndarray]:
+    """Return the values (n, K) of a part's own variables at nominal parameters, of measured states where all are."""
+    problem, track = Problem(part.system, part.step, part.smooth, part.quantities, part.parameters), guess_track(part)
+    x = solve(problem).x if track is None else track
+    named = Namespace(**{name: x[:, place] for place, name in enumerate(part.system.states)})
+    u, p = Namespace(**part.smooth), Namespace(**part.parameters)
+    return {name: read(named, u, p) for name, read in part.system.own.items()}
+
+
+def build_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate]) -> PartModel:
+    """Return the linear model of a part with the `laws` of a state."""
+    laws = {pair: law for pair, law in laws.items() if part.name in law.variables}
+    measured_track, smooth_track = state.tracks.get(part.name) or (guess_track(part),) * 2
+    trajectory = solve(_pose(recorded, part, state, laws, part.smooth), smooth_track)
+    driven = trajectory
+    if part.noise:
+        driven = solve(_pose(recorded, part, state, laws, part.inputs), measured_track)
+    signals = trajectory.outputs
+    if not part.system.states:
+        signals = np.where(part.counted, signals, np.stack([recorded.signals[name] for name in part.signals], axis=1))
+    clocks = tuple(_clock(recorded, clock_of(part, signal), state) for signal in part.signals)
+    model = PartModel(part, state, laws, trajectory, signals, np.empty(0), clocks, _carry(part, trajectory), (), {}, np.empty(0),
+                      (driven.x, trajectory.x))
+    # The errors and the lateness of sensors are those of the smooth signals: a late noise would be an average.
+    read = model.late(signals + sensor_errors(model, signals)) - signals[:, :, ::part.fine]
+    model = replace(model, predicted=read + driven.outputs[:, :, ::part.fine])
+    keys = tuple(dict.fromkeys([key_of_term(term) for term in (*recorded.random, *recorded.shared) if touches(term, part)]
+                               + [key_of_law(law, part) for law in laws.values() if is_between(law)]))
+    columns = [_row(model, key, recorded) for key in keys]
+    places, first = dict[Pair, slice](), len(keys)
+    for pair, law in laws.items():
+        if not is_between(law):
+            columns.append(model.law_columns(law))
+            places[pair] = slice(first, first + law.count)
+            first += law.count
+    rows = model.white(np.concatenate([*columns, model.residual[:, None]], axis=1))
+    return replace(model, keys=keys, places=places, rows=rows)
+
+
+def touches(term: Term, part: Part) -> bool:
+    if term.kind == "clock":
+        return term.place in [clock_of(part, signal) for signal in part.signals]
+    return term.place in part.parameters
+
+
+def key_of_term(term: Term) -> Key:
+    return term.kind, term.place
+
+
+def key_of_law(law: Candidate, part: Part) -> Key:
+    if law.quantity.name.endswith(SENSOR):
+        signal = law.quantity.name.removesuffix(SENSOR)
+        return ("sensor", signal) if signal in part.signals else ("input", identifier_of(signal))
+    return "quantity", identifier_of(law.quantity.name)
+
+
+def _clock(recorded: Recorded, place: str, state: State) -> float:
+    return next((float(value) for term, value in zip(recorded.shared, state.shared, strict=True)
+                 if term.kind == "clock" and term.place == place), 0.0)
+
+
+def _pose(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate],
+          inputs: Mapping[str, np.ndarray]) -> Problem:
+    """Return the equations of a part at a state, driven by `inputs`."""
+    parameters = {name: value for name, value in part.parameters.items()}
+    for terms, values in ((recorded.random, state.points.T), (recorded.shared, state.shared)):
+        for term, value in zip(terms, values, strict=True):
+            if term.kind == "parameter" and term.place in parameters:
+                change = term.size * term.values * value
+                parameters[term.place] = parameters[term.place] + change[:, None]
+    quantities: dict[str, Any] = dict(part.quantities)
+    driving, inner = dict(inputs), list[OwnLaw]()
+    size = next(iter(inputs.values())).shape[1] if inputs else part.fine * (part.measured.shape[2] - 1) + 1
+    for pair, law in laws.items():
+        kind, name = key_of_law(law, part)
+        if kind == "sensor":
+            continue
+        variable, c = law.variables[part.name], law.size * state.laws[pair]
+        if variable.kind == "own":
+            place = part.block.states.index(variable.name) if variable.jumps else None
+            inner.append(OwnLaw(name, variable.name, variable.knots, c, place))
+        elif kind == "input":
+            driving[name] = driving[name] - _value(variable, c, size)
+        else:
+            quantities[name] = quantities[name] + _value(variable, c, size)
+    if not driving:
+        driving["time"] = np.zeros((len(part.measured), size))
+    return Problem(part.system, part.step, driving, quantities, parameters, tuple(inner))
+
+
+def _value(variable: Variable, c: np.ndarray, size: int, own: np.ndarray | None = None) -> np.ndarray:
+    """Return a law (n, K), or (n, 1) between runs, with coefficients c (m,)."""
+    if variable.kind in ("curve", "between", "own") and len(variable.knots) > 1:
+        values = own if variable.values is None else variable.values
+        assert values is not None
+        return np.asarray(np.interp(values, variable.knots, c).reshape(len(values), -1))
+    return np.einsum("m,nmk->nk", c, variable.basis(own, size))
+
+
+def sensor_errors(model: PartModel, signals: np.ndarray) -> np.ndarray:
+    """Return what the sensors read too much (n, o, K) of signals."""
+    errors = np.zeros(signals.shape)
+    for pair, law in model.laws.items():
+        kind, name = key_of_law(law, model.part)
+        if kind == "sensor":
+            place = model.part.signals.index(name)
+            c = law.size * model.state.laws[pair]
+            errors[:, place] += _value(law.variables[model.part.name], c, signals.shape[2], signals[:, place])
+    return errors
+
+
+def _carry(part: Part, trajectory: Trajectory) -> CarriedNoise | None:
+    """Return how the noise of measured inputs reaches the output, from sample to sample."""
+    if not part.noise:
+        return None
+    n, k, fine, d = len(part.measured), part.measured.shape[2], part.fine, trajectory.x.shape[1]
+    A = np.broadcast_to(np.eye(d), (n, k - 1, d, d)).copy()
+    F = np.zeros((n, k - 1, d, len(part.noise)))
+    E = np.empty((n, len(part.signals), k, len(part.noise)))
+    for place, (name, noise) in enumerate(part.noise.items()):
+        direction = trajectory.direction("input", name, noise.std)
+        E[..., place] = direction.D[:, :, ::fine]
+        both = direction.B.sum(axis=2)
+        for sub in range(fine):
+            F[..., place] = np.einsum("nkab,nkb->nka", trajectory.A[:, sub::fine], F[..., place]) + both[:, sub::fine]
+    for sub in range(fine):
+        A = trajectory.A[:, sub::fine] @ A
+    return CarriedNoise(tuple(part.noise.values()), part.input_loudness, A, F, trajectory.C[:, :, ::fine], E)
+
+
+def _white(part: Part, columns: np.ndarray, carried: CarriedNoise | None) -> np.ndarray:
+    out = np.empty((len(columns), columns.shape[1], columns.shape[2] * columns.shape[3]))
+    for first in range(0, len(columns), _TOGETHER):
+        rows = slice(first, first + _TOGETHER)
+        noise = None if carried is None else CarriedNoise(carried.inputs, *(
+            getattr(carried, name)[rows] for name in ("loudness", "A", "F", "C", "E")))
+        out[rows] = whiten(columns[rows], part.counted[rows], part.sensors, part.loudness[rows], noise)
+    return out
+
+
+def _row(model: PartModel, key: Key, recorded: Recorded) -> np.ndarray:
+    """Return the response (n, 1, o, k) to a change of 1."""
+    part, (kind, name) = model.part, key
+    n, o, size = model.trajectory.outputs.shape
+    if kind != "clock":
+        return _respond(model, kind, name, _typical(recorded, model, key), np.ones((n, 1, size)))
+    place = [clock_of(part, signal) for signal in part.signals].index(name)
+    whole = (model.signals + sensor_errors(model, model.signals))[:, place]
+    before, after = (late(whole, part.fine * (model.clocks[place] + by), part.fine) for by in (-_LATER, _LATER))
+    column = np.zeros((n, 1, o, before.shape[1]))
+    column[:, 0, place] = (after - before) / (2 * _LATER)
+    return column
+
+
+def _typical(recorded: Recorded, model: PartModel, key: Key) -> float:
+    """Return a magnitude for numerical derivatives."""
+    kind, name = key
+    if kind == "parameter":
+        term = next(term for term in (*recorded.random, *recorded.shared) if term.place == name)
+        return term.size * float(np.abs(term.values).max() or 1.0)
+    if kind == "quantity":
+        return next(each.size for each in model.part.block.quantities if identifier_of(each.name) == name)
+    return 1.0
+
+
+def _law_columns(model: PartModel, candidate: Candidate) -> np.ndarray:
+    part, variable = model.part, candidate.variables[model.part.name]
+    kind, name = key_of_law(candidate, part)
+    n, _, size = model.trajectory.outputs.shape
+    if variable.kind == "between":
+        return _respond(model, kind, name, candidate.size, np.ones((n, 1, size)))
+    own = None
+    if variable.values is None:  # the lags of a sensor are those of its own signal
+        own = (model.signals[:, part.signals.index(name)] if kind == "sensor" and variable.name == name
+               else model.own()[variable.name])
+    return _respond(model, kind, name, candidate.size, candidate.size * variable.basis(own, size))
+
+
+def _respond(model: PartModel, kind: str, name: str, size: float, basis: np.ndarray) -> np.ndarray:
+    """Return the changes (n, m, o, k) of what the sensors read, with a change along a basis (n, m, K)."""
+    part, trajectory = model.part, model.trajectory
+    n, o, instants = trajectory.outputs.shape
+    if kind == "sensor":
+        change = np.zeros((n, basis.shape[1], o, instants))
+        change[:, :, part.signals.index(name)] = basis
+        return model.late(change)
+    typical = part.noise[name].std if kind == "input" and name in part.noise else size
+    change = trajectory.respond(trajectory.direction(_KINDS[kind], name, typical), basis)
+    if kind == "input":
+        change = -change  # an error of the sensor is taken off what it reads
+    if any(key_of_law(law, part)[0] == "sensor" and law.variables[part.name].values is None
+           for law in model.laws.values()):
+        signals, here = model.signals, sensor_errors(model, model.signals)
+        largest = np.maximum(np.abs(change).max(axis=(0, 1, 3)), 1e-300)
+        by = 1e-3 * np.maximum(np.ptp(signals, axis=(0, 2)), 1e-12) / largest
+        for place in range(change.shape[1]):
+            moved = sensor_errors(model, signals + by[:, None] * change[:, place])
+            change[:, place] += (moved - here) / by[:, None]
+    return model.late(change)
+
+
+_KINDS: dict[str, Kind] = {"parameter": "parameter", "quantity": "quantity", "input": "input"}
+
+
+def late(signal: np.ndarray, by: float, every: int) -> np.ndarray:
+    """Return each `every`-th sample of a signal (..., K) that is late by so many steps.
+
+    By cubic convolution (Keys, IEEE Trans. Acoustics 29, 1153, 1981), whose slope has no jumps.
+    """
+    out = np.empty((*signal.shape[:-1], (signal.shape[-1] - 1) // every + 1))
+    _fill_late(np.ascontiguousarray(signal).reshape(-1, signal.shape[-1]), float(by), every,
+               out.reshape(-1, out.shape[-1]))
+    return out
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _fill_late(signal, by, every, out):  # type: ignore[no-untyped-def]
+    whole = int(np.floor(by))
+    s = 1 - (by - whole)  # share of the way from the sample before to the one behind
+    weights = (-0.5 * s + s * s - 0.5 * s**3, 1 - 2.5 * s * s + 1.5 * s**3, 0.5 * s + 2 * s * s - 1.5 * s**3,
+               -0.5 * s * s + 0.5 * s**3)
+    last = signal.shape[1] - 1
+    for i in range(len(signal)):
+        for j in range(out.shape[1]):
+            behind = every * j - whole
+            total = 0.0
+            for place in range(4):
+                total += weights[place] * signal[i, min(max(behind - 2 + place, 0), last)]
+            out[i, j] = total

@@ -1,0 +1,358 @@
+"""The blocks of a machine with what was recorded of them: what a fit is made of."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+import scipy
+
+from slipstick.engine.noise import Noise, estimate_loudness, estimate_sensor_noise
+from slipstick.engine.trajectory import Problem, as_tuple, solve
+from slipstick.errors import InvalidValue
+from slipstick.machine.declaration import Block, Machine, Namespace, identifier_of
+from slipstick.machine.runs import Runs
+from slipstick.machine.system import System, system_of
+
+Pair = tuple[str, str]
+"""The quantity that a law changes, and what it depends on."""
+
+_SMOOTHING = 3.0
+"""Standard deviation in samples of the kernel that smooths measured inputs, from which columns are computed: a column
+that shares noise with the residual is biased."""
+_LOOSE = 0.3
+"""Standard deviation of the prior of a mean that is to be calibrated, in the scale of its parameter."""
+_SUBSTEPS, _EXACT = (1, 2, 4, 8), 1.0
+"""Numbers of steps in a sample, and the nats in all runs by which twice as many may differ: no decision depends on it."""
+_STATED = 1e-3
+"""Standard deviation of the mean of a condition over the runs, beside the errors of its levels."""
+_FEW = 4
+"""Runs that a stated level needs on average, to have an error of its own."""
+
+
+@dataclass(frozen=True, eq=False)
+class Term:
+    """A change of a parameter, of the clock, or of an input, with one coefficient in units of `size`.
+
+    It is multiplied by `values` (n,). Random ones differ between runs by at most `widest`; their mean, or the
+    coefficient of a shared one, is `target` within `std`.
+    """
+
+    name: str
+    kind: Literal["parameter", "clock"]
+    place: str
+    size: float
+    values: np.ndarray
+    std: float
+    widest: float = 0.0
+    target: float = 0.0
+
+    def take(self, rows: np.ndarray) -> "Term":
+        """Return the term of the runs `rows`."""
+        return replace(self, values=self.values[rows])
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A block with its recordings of n runs: K instants, `fine` for each of k samples.
+
+    `inputs` (n, K) drive the prediction as they were measured, `smooth` ones the columns; those that are noisy have
+    their `noise`. `parameters` (n, 1) are nominal. The o signals that are `measured` (n, o, k) count where `counted`,
+    with the noise of their `sensors`. The noise of each run is `loudness` (n, o) times that, and `input_loudness` (n, r).
+    """
+
+    block: Block
+    system: System
+    step: float
+    fine: int
+    inputs: Mapping[str, np.ndarray]
+    smooth: Mapping[str, np.ndarray]
+    noise: Mapping[str, Noise]
+    parameters: Mapping[str, np.ndarray]
+    measured: np.ndarray
+    counted: np.ndarray
+    sensors: tuple[Noise, ...]
+    loudness: np.ndarray
+    input_loudness: np.ndarray
+
+    @property
+    def name(self) -> str:
+        """The name of the block."""
+        return self.block.name
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """The signals that are measured."""
+        return self.system.signals
+
+    @property
+    def quantities(self) -> dict[str, float]:
+        """The quantities of the equations, unchanged."""
+        return {identifier_of(each.name): 0.0 for each in self.block.quantities}
+
+    def take(self, rows: np.ndarray) -> "Part":
+        """Return the part with the runs `rows`."""
+        def chosen(values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+            return {name: value[rows] for name, value in values.items()}
+
+        return replace(self, inputs=chosen(self.inputs), smooth=chosen(self.smooth), parameters=chosen(self.parameters),
+                       measured=self.measured[rows], counted=self.counted[rows], loudness=self.loudness[rows],
+                       input_loudness=self.input_loudness[rows])
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """A machine with n runs: its `parts`, the `random` and the `shared` terms, and `signals` that laws may depend on.
+
+    `signals` are (n, k) within runs, without noise, and (n,) between runs. `rows` (n,) are the numbers of the runs
+    among all.
+    """
+
+    machine: Machine
+    runs: Runs
+    parts: tuple[Part, ...]
+    random: tuple[Term, ...]
+    shared: tuple[Term, ...]
+    signals: Mapping[str, np.ndarray]
+    rows: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.runs)
+
+    def take(self, rows: np.ndarray) -> "Recorded":
+        """Return the runs `rows`, without doing anything anew."""
+        return replace(self, runs=self.runs.take(rows), parts=tuple(part.take(rows) for part in self.parts),
+                       random=tuple(term.take(rows) for term in self.random),
+                       shared=tuple(term.take(rows) for term in self.shared),
+                       signals={name: value[rows] for name, value in self.signals.items()}, rows=self.rows[rows])
+
+    def groups(self) -> list["Recorded"]:
+        """Return the groups of parts that share no parameter, each with its terms."""
+        groups = list[set[str]]()
+        for part in self.parts:
+            shared = {name for name, used in ((other.name, set(other.parameters)) for other in self.parts)
+                      if name == part.name or used & set(part.parameters) & {term.place for term in self.random}}
+            joined = shared.union(*(group for group in groups if group & shared))
+            groups = [group for group in groups if not group & joined] + [joined]
+        return [self.select(group) for group in groups]
+
+    def select(self, names: set[str]) -> "Recorded":
+        """Return the machine with some of its parts, and the terms that act on them."""
+        parts = tuple(part for part in self.parts if part.name in names)
+        places = {name for part in parts for name in (
+            *part.parameters, *(clock_of(part, signal) for signal in part.signals))}
+        return replace(self, parts=parts, random=tuple(term for term in self.random if term.place in places),
+                       shared=tuple(term for term in self.shared if term.place in places))
+
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """Units of what laws may depend on."""
+        machine = self.machine
+        return {"time": "s", **{each.name: each.unit for each in (*machine.commands, *machine.conditions)},
+                **{sensor.signal: sensor.unit for sensor in machine.sensors}}
+
+    def fine(self, name: str, part: Part) -> np.ndarray:
+        """Return a signal at the instants (n, K) of a part, or constants of runs (n,)."""
+        if identifier_of(name) in part.smooth:
+            return part.smooth[identifier_of(name)]
+        values = self.signals[name]
+        return values if values.ndim == 1 else refine(values, part.fine)
+
+
+def prepare(machine: Machine, runs: Runs, values: Mapping[str, float] | None = None) -> Recorded:
+    """Return a machine with its recorded runs, at nominal `values` of its parameters by name.
+
+    Raises `InvalidValue` where a parameter has no value, or a signal has no noise. A block of which a signal or an input
+    was not recorded is left out.
+    """
+    signals = {name: np.asarray(value, float) for name, value in runs.signals.items()}
+    noise = {name: estimate_sensor_noise(name, value) for name, value in signals.items()}
+    smooth = {name: smooth_signal(value) for name, value in signals.items()}
+    known = {*signals, *runs.commands, *runs.conditions, *runs.channels}
+    blocks = [block for block in machine.blocks if set(block.signals) <= set(signals) and set(block.reads) <= known]
+    nominal = _find_nominal(machine, blocks, runs, signals, values or {})
+    parts = tuple(_prepare_part(block, machine, runs, signals, smooth, noise, nominal) for block in blocks)
+    within = _list_signals(machine, runs, smooth)
+    read = {name for block in blocks for name in block.reads}
+    random, shared = _list_terms(machine, runs, parts, read)
+    return Recorded(machine, runs, parts, random, shared, within, np.arange(len(runs)))
+
+
+def explain(recorded: Recorded, explained: Mapping[str, np.ndarray]) -> Recorded:
+    """Return the machine with other signals (n, k) without noise, as a fit explains them, by name."""
+    def known(part: Part) -> Part:
+        signals = {identifier_of(name): refine(signal, part.fine) for name, signal in explained.items()}
+        return replace(part, smooth={**part.smooth, **{name: signals[name] for name in part.noise if name in signals}})
+
+    smooth = {sensor.signal: recorded.signals[sensor.signal] for sensor in recorded.machine.sensors
+              if sensor.signal in recorded.signals}
+    return replace(recorded, parts=tuple(known(part) for part in recorded.parts),
+                   signals=_list_signals(recorded.machine, recorded.runs, {**smooth, **explained}))
+
+
+def refine(values: np.ndarray, fine: int) -> np.ndarray:
+    """Return signals (n, k) at `fine` times as many instants, linear between samples."""
+    if fine == 1:
+        return values
+    instants = np.arange(fine * (values.shape[1] - 1) + 1) / fine
+    low = np.minimum(instants.astype(int), values.shape[1] - 2)
+    return np.asarray(values[:, low] + (instants - low) * (values[:, low + 1] - values[:, low]))
+
+
+def smooth_signal(values: np.ndarray) -> np.ndarray:
+    """Return a signal (n, k) without most of its noise.
+
+    By a kernel applied twice (twicing: Tukey, Exploratory Data Analysis, 1977), which keeps curvature.
+    """
+    once = scipy.ndimage.gaussian_filter1d(values, _SMOOTHING, axis=1)
+    return np.asarray(once + scipy.ndimage.gaussian_filter1d(values - once, _SMOOTHING, axis=1))
+
+
+def straighten(signal: np.ndarray) -> np.ndarray:
+    """Return samples (n, k) between which a line has the integral of a signal that bends between its samples.
+
+    It is less than the trapezoid by a twelfth of the change of its slope (the Euler-Maclaurin formula).
+    """
+    out = signal.copy()
+    out[:, 1:-1] -= (signal[:, 2:] - 2 * signal[:, 1:-1] + signal[:, :-2]) / 12
+    return out
+
+
+def _find_nominal(machine: Machine, blocks: Sequence[Block], runs: Runs, signals: Mapping[str, np.ndarray],
+                  values: Mapping[str, float]) -> dict[str, np.ndarray]:
+    """Return the nominal parameters and the stated conditions (n, 1) by name."""
+    nominal = dict[str, np.ndarray]()
+    for parameter in dict.fromkeys(each for block in blocks for each in block.parameters):
+        value = values.get(parameter.name, parameter.value)
+        if parameter.first_of in signals:
+            nominal[parameter.name] = signals[parameter.first_of][:, :1]
+            continue
+        if value is None:
+            raise InvalidValue(f"The parameter '{parameter.name}' of the machine '{machine.name}' has no value",
+                               "State it in the bench, or in its declaration")
+        nominal[parameter.name] = np.full((len(runs), 1), float(value))
+    for condition in machine.conditions:
+        if condition.name in runs.conditions:
+            nominal[condition.name] = np.asarray(runs.conditions[condition.name], float)[:, None]
+    return nominal
+
+
+def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[str, np.ndarray],
+                  smooth: Mapping[str, np.ndarray], noise: Mapping[str, Noise],
+                  nominal: Mapping[str, np.ndarray]) -> Part:
+    conditions = {each.name for each in machine.conditions}
+    parameters = {identifier_of(name): nominal[name] for name in
+                  (*(each.name for each in block.parameters), *(name for name in block.reads if name in conditions))}
+    counted = np.ones((len(runs), len(block.signals), len(runs.time)), bool)
+    if block.window is not None:
+        named = Namespace(**{identifier_of(name): value for name, value in {**smooth, **runs.channels}.items()},
+                          time=runs.time)
+        for place, samples in enumerate(as_tuple(block.window(named))):
+            counted[:, place] = samples
+
+    loudness = {name: estimate_loudness(np.diff(signals[name], axis=1), counted[:, 0, 1:]) for name in block.reads
+                if name in signals}
+
+    def at(fine: int) -> Part:
+        instants = np.linspace(runs.time[0], runs.time[-1], fine * (len(runs.time) - 1) + 1)
+        commands = {name: runs.commands[name].at(instants) for name in block.reads if name in runs.commands}
+        for name in block.reads:
+            if name in runs.channels:
+                channel = np.asarray(runs.channels[name], float)
+                shape = len(runs), len(runs.time)
+                commands[name] = refine(np.broadcast_to(channel.reshape(len(runs), -1), shape), fine)
+        measured = [name for name in block.reads if name in signals]
+        return Part(block, system_of(block), runs.step / fine, fine,
+                    {identifier_of(name): value for name, value in
+                     {**commands, **{name: refine(straighten(signals[name]), fine) for name in measured}}.items()},
+                    {identifier_of(name): value for name, value in
+                     {**commands, **{name: refine(smooth[name], fine) for name in measured}}.items()},
+                    {identifier_of(name): noise[name] for name in measured}, parameters,
+                    np.stack([signals[name] for name in block.signals], axis=1), counted,
+                    tuple(noise[name] for name in block.signals), np.ones((len(runs), len(block.signals))),
+                    np.stack([loudness[name] for name in measured], axis=1) if measured else np.ones((len(runs), 0)))
+
+    if not block.states:
+        return at(1)
+    coarse, rows = at(_SUBSTEPS[0]), np.arange(min(len(runs), 6))
+    before = _predict_nominal(coarse.take(rows))
+    for fine in _SUBSTEPS[1:]:
+        finer = at(fine)
+        after = _predict_nominal(finer.take(rows))
+        off = np.mean((after - before) ** 2, axis=(0, 2)) / [sensor.fresh**2 for sensor in coarse.sensors]
+        if not (0.5 * off * len(runs) * len(runs.time) >= _EXACT).any():
+            return coarse
+        coarse, before = finer, after
+    return coarse
+
+
+def _predict_nominal(part: Part) -> np.ndarray:
+    problem = Problem(part.system, part.step, part.smooth, part.quantities, part.parameters)
+    return solve(problem, guess_track(part)).outputs[:, :, ::part.fine]
+
+
+def guess_track(part: Part) -> np.ndarray | None:
+    """Return states (n, d, K) to begin with: the measured signals where these are all of them, or else none."""
+    if not set(part.block.states) <= set(part.signals):
+        return None
+    measured = [smooth_signal(part.measured[:, part.signals.index(name)]) for name in part.block.states]
+    return np.stack([refine(signal, part.fine) for signal in measured], axis=1) if measured else None
+
+
+def _list_signals(machine: Machine, runs: Runs, smooth: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return all that laws may depend on beside own variables: (n, k) within runs, (n,) of runs."""
+    shape = len(runs), len(runs.time)
+    named = Namespace(**{identifier_of(name): value for name, value in {**smooth, **runs.channels}.items()},
+                      time=runs.time)
+    within = {"time": np.broadcast_to(runs.time - runs.time[0], shape),
+              **{name: profile.at(runs.time) for name, profile in runs.commands.items()}, **smooth,
+              **{name: np.broadcast_to(derive(named), shape) for name, derive in machine.signals.items()}}
+    channels = {name: value for name, value in runs.channels.items() if name not in machine.inputs}
+    constants = {**runs.conditions, **channels, **({} if runs.order is None else {"run order": runs.order})}
+    return {name: np.asarray(value, float) for name, value in {**within, **constants}.items() if np.ptp(value) > 0}
+
+
+def _list_terms(machine: Machine, runs: Runs, parts: tuple[Part, ...],
+                read: set[str]) -> tuple[tuple[Term, ...], tuple[Term, ...]]:
+    random, shared, ones = list[Term](), list[Term](), np.ones(len(runs))
+    used = {name for part in parts for name in part.parameters}
+    for parameter in machine.parameters:
+        place = identifier_of(parameter.name)
+        if place not in used:
+            continue
+        nominal = next(part.parameters[place] for part in parts if place in part.parameters)
+        size = parameter.scale or float(np.abs(nominal).mean()) or 1.0
+        within = parameter.within if np.isfinite(parameter.within) else _LOOSE
+        term = Term(parameter.name, "parameter", place, size, ones, within, parameter.scatter)
+        (random if parameter.scatter > 0 else shared).append(term)
+    for condition in machine.conditions:
+        if condition.name not in read:
+            continue
+        place, stated = identifier_of(condition.name), np.asarray(runs.conditions[condition.name], float)
+        if condition.scatter > 0:
+            random.append(Term(condition.name, "parameter", place, 1.0, np.abs(stated), _STATED, condition.scatter))
+        if condition.within > 0:
+            shared += [Term(f"{condition.name} {number}", "parameter", place, 1.0, np.abs(stated) * level,
+                            condition.within)
+                       for number, level in enumerate(list_levels(stated, runs.order if condition.drifts else None))]
+    for part in parts:
+        target, std = (0.0, 0.7) if part.noise else (0.5, 0.5)  # an input's clock is late as well
+        shared += [Term(f"clock of {signal} in {part.name}", "clock", clock_of(part, signal), 1.0, ones, std,
+                        target=target) for signal in part.signals]
+    return tuple(random), tuple(shared)
+
+
+def clock_of(part: Part, signal: str) -> str:
+    """Return the place of the clock of a signal."""
+    return f"{part.name}: {signal}"
+
+
+def list_levels(values: np.ndarray, order: np.ndarray | None = None) -> list[np.ndarray]:
+    """Return indicators (n,) of stated levels, or of all runs where levels have few; with an `order` also a drift."""
+    levels = np.unique(values)
+    own = [(values == level).astype(float) for level in levels] if len(levels) <= len(values) / _FEW else [
+        np.ones(len(values))]
+    if order is not None and np.ptp(order) > 0:
+        own.append((order - order.mean()) / np.ptp(order))
+    return own

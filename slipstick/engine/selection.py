@@ -1,0 +1,277 @@
+"""Which laws recordings ask for: forward selection by evidence and by agreement of the runs, and then backward."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy
+
+from slipstick.engine.evidence import Screened, agree, expect, hold_out, screen
+from slipstick.engine.fit import Fit, Prior, fit, join
+from slipstick.engine.laws import Candidate, list_candidates, list_curves
+from slipstick.engine.model import State, nominal_own_values
+from slipstick.engine.noise import draw_noise, estimate_loudness, estimate_residual_noise
+from slipstick.engine.recordings import Pair, Part, Recorded, explain
+from slipstick.engine.settings import EngineSettings
+
+Log = Callable[[str], None]
+_SLOWLY = 30.0
+"""Standard deviation in samples of the kernel that smooths what a prediction without noise leaves of a signal."""
+_NEAR = 0.5
+"""Share of the nats of a finding from which a candidate is fitted in full: few coefficients gain less than many."""
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """A law that the recordings ask for: `nats` in log marginal likelihood, `errors` of agreement of the runs.
+
+    `rivals` are pairs that it does not lead. `gains` (n,) are held out in each run.
+    """
+
+    pair: Pair
+    nats: float
+    errors: float
+    rivals: tuple[Pair, ...]
+    gains: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """What recordings ask for: `findings`, the `fits` of the groups of parts with them, and runs `set_aside`.
+
+    `bare` are the fits without laws. `unexplained` are blocks in which something is missing that no candidate explains.
+    """
+
+    findings: tuple[Finding, ...]
+    fits: tuple[Fit, ...]
+    bare: tuple[Fit, ...]
+    set_aside: tuple[int, ...]
+    unexplained: tuple[str, ...]
+    seconds: float
+
+
+def identify(recorded: Recorded, settings: EngineSettings | None = None, log: Log = lambda _: None) -> Identification:
+    """Find the laws that recordings ask for, in all parts."""
+    began, settings = time.perf_counter(), settings or EngineSettings()
+    bare = settle(recorded, settings)
+    own = {name: model.own() for each in bare for name, model in each.models.items()}
+    whole = join(bare).recorded
+    search = _Search(whole, list_candidates(whole, own), settings, log, {_name(each): each for each in bare})
+    while search.step():
+        pass
+    fits = tuple(search.fits.values())
+    aside = np.setdiff1d(recorded.rows, whole.rows)
+    unexplained = tuple(name for each in fits for name, chi in each.chi_square.items()
+                        if _is_unexplained(chi, settings))
+    return Identification(tuple(search.findings), fits, tuple(bare), tuple(aside.tolist()), unexplained,
+                          time.perf_counter() - began)
+
+
+Group = tuple[str, ...]
+"""The names of parts that are fitted together."""
+
+
+def _name(fit: Fit) -> Group:
+    return tuple(part.name for part in fit.recorded.parts)
+
+
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    """A candidate that was fitted in full beside the laws of the `groups` on which it acts."""
+
+    finding: Finding
+    fit: Fit
+    base: Fit
+    groups: tuple[Group, ...]
+    expected: np.ndarray
+
+
+class _Search:
+    """Forward selection over groups of parts, each with its fit; groups that a law joins are one from then on."""
+
+    def __init__(self, whole: Recorded, candidates: Sequence[Candidate], settings: EngineSettings, log: Log,
+                 fits: dict[Group, Fit]) -> None:
+        self.whole, self.candidates, self.settings, self.log = whole, candidates, settings, log
+        self.fits, self.findings, self.closed = fits, list[Finding](), set[Group]()
+        self._screened: dict[tuple[Fit, ...], list[Screened]] = {}
+        self._bases: dict[tuple[Fit, ...], Fit] = {}
+
+    def step(self) -> bool:
+        """Add the best law, or close the groups that ask for none; return whether groups are left."""
+        ranked = self._rank()
+        if not ranked or ranked[0].nats < self.settings.nats * _NEAR:
+            return False
+        groups = self._groups(ranked[0].candidate)
+        near = [each for each in ranked if each.nats > self.settings.nats * _NEAR
+                and set(self._groups(each.candidate)) & set(groups)][:self.settings.rivals]
+        trials = sorted((self._try(each) for each in near), key=lambda trial: -trial.finding.nats)
+        passing = [trial for trial in trials if self._is_enough(trial)]
+        if not passing:
+            self.closed |= set(groups)
+            return True
+        best = passing[0]
+        rivals = tuple(trial.finding.pair for trial in trials if trial is not best and self._is_tied(best, trial))
+        self.findings.append(replace(best.finding, rivals=rivals))
+        self.fits = {group: fit for group, fit in self.fits.items() if group not in best.groups}
+        self._accept(best.fit)
+        return True
+
+    def _accept(self, better: Fit) -> None:
+        """Take a fit with a further law, without earlier laws whose loss it makes good."""
+        for finding in self.findings[:-1]:
+            if finding.pair not in better.laws:
+                continue
+            laws = {pair: law for pair, law in better.laws.items() if pair != finding.pair}
+            rest = fit(better.recorded, laws, {pair: better.priors[pair] for pair in laws}, better.state,
+                       better.fitted.variance)
+            errors = agree(hold_out(better) - hold_out(rest), expect(better, better.laws[finding.pair]))
+            if better.evidence - rest.evidence < self.settings.nats or errors < self.settings.errors:
+                self.findings.remove(finding)
+                better = rest
+        self.fits[_name(better)] = better
+        if sum(finding.pair in better.laws for finding in self.findings) >= self.settings.most:
+            self.closed.add(_name(better))
+
+    def _rank(self) -> list[Screened]:
+        """Return the gains of all candidates of open groups, the largest first."""
+        sorted_by_groups = dict[tuple[Group, ...], list[Candidate]]()
+        for candidate in self.candidates:
+            groups = self._groups(candidate)
+            if not set(groups) & self.closed:
+                sorted_by_groups.setdefault(groups, []).append(candidate)
+        screened = list[Screened]()
+        for groups, candidates in sorted_by_groups.items():
+            key = tuple(self.fits[group] for group in groups)
+            if key not in self._screened:
+                self._screened[key] = screen(self._base(groups), candidates)
+            screened += self._screened[key]
+        screened.sort(key=lambda each: -each.nats)
+        self.log("screened " + ", ".join(f"{each.candidate.pair} {each.nats:.1f}" for each in screened[:5]))
+        return screened
+
+    def _base(self, groups: tuple[Group, ...]) -> Fit:
+        key = tuple(self.fits[group] for group in groups)
+        if key not in self._bases:
+            self._bases[key] = join([self.fits[group] for group in groups])
+        return self._bases[key]
+
+    def _groups(self, candidate: Candidate) -> tuple[Group, ...]:
+        return tuple(group for group in self.fits if set(group) & set(candidate.variables))
+
+    def _try(self, screened: Screened) -> _Trial:
+        candidate, groups = screened.candidate, self._groups(screened.candidate)
+        base, pair = self._base(groups), screened.candidate.pair
+        full = fit(base.recorded, {**base.laws, pair: candidate}, {**base.priors, pair: screened.prior}, base.state,
+                   base.fitted.variance)
+        gains, expected = hold_out(full) - hold_out(base), expect(full, candidate)
+        finding = Finding(pair, full.evidence - base.evidence, agree(gains, expected), (), gains)
+        self.log(f"full {pair} {finding.nats:.1f} errors {finding.errors:.1f} held out {gains.sum():.1f} "
+                 f"{full.priors[pair]} {'' if full.converged else 'not converged'}")
+        return _Trial(finding, full, base, groups, expected)
+
+    def _is_enough(self, trial: _Trial) -> bool:
+        before = [finding.nats for finding in self.findings if finding.pair in trial.base.laws]
+        least = max([self.settings.nats, *(self.settings.further * nats for nats in before)])
+        return trial.finding.nats > least and trial.finding.errors > self.settings.errors
+
+    def _is_tied(self, best: _Trial, other: _Trial) -> bool:
+        lead = agree(best.finding.gains - other.finding.gains, best.expected)
+        return other.finding.nats > self.settings.nats and lead < self.settings.apart
+
+
+def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:
+    """Return the fits without laws of the groups of parts, of the runs that are not set aside.
+
+    They have the noise of sensors that their residuals show.
+    """
+    fits = [_fit_bare(group) for group in recorded.groups()]
+    most = int(settings.most_outlying * len(recorded))
+    for is_renewed in (False, True, True):
+        if is_renewed:  # bad runs have a share in the noise that the signals show
+            fits = _renew(fits, settings)
+        while len(bad := _find_bad(fits, settings)) and len(recorded) - len(fits[0].recorded) + len(bad) <= most:
+            kept = np.delete(np.arange(len(fits[0].recorded)), bad)
+            fits = [fit(*_taken(each, kept)) for each in fits]
+    return fits
+
+
+def _find_bad(fits: Sequence[Fit], settings: EngineSettings) -> np.ndarray:
+    doubt = np.max([_doubt(each, settings) for each in fits], axis=0)
+    return np.flatnonzero(doubt > max(settings.outlying, 0.5 * doubt.max()))
+
+
+def _renew(fits: Sequence[Fit], settings: EngineSettings) -> list[Fit]:
+    """Return the fits with the noise that they leave, and with signals as they explain them."""
+    explained = {signal: signals[:, place] for each in fits for part in each.recorded.parts
+                 if part.block.states and not _is_unexplained(each.chi_square[part.name], settings)
+                 for signals in [_explain(each, part.name)] for place, signal in enumerate(part.signals)}
+    renewed = list[Fit]()
+    for each in fits:
+        recorded = explain(renew_noise(each), explained)
+        renewed.append(fit(recorded, each.laws, each.priors, each.state, each.fitted.variance))
+    return renewed
+
+
+def _explain(fit: Fit, name: str) -> np.ndarray:
+    """Return the signals (n, o, k) that a part gives, without noise: as predicted, and what changes slowly beside."""
+    model = fit.models[name]
+    signal = model.trajectory.outputs[:, :, ::model.part.fine]
+    return np.asarray(signal + scipy.ndimage.gaussian_filter1d(model.part.measured - signal, _SLOWLY, axis=2))
+
+
+def _taken(before: Fit, rows: np.ndarray) -> tuple[Recorded, dict[Pair, Candidate], dict[Pair, Prior], State]:
+    """Return what the fit of some of the runs begins with."""
+    state = replace(before.state, points=before.state.points[rows],
+                    tracks={name: (track[0][rows], track[1][rows]) for name, track in before.state.tracks.items()})
+    return (before.recorded.take(rows), {pair: law.take(rows) for pair, law in before.laws.items()}, dict(before.priors), state)
+
+
+def _fit_bare(group: Recorded) -> Fit:
+    """Fit a group of parts with the errors of their curves."""
+    curves = list_curves(group, {part.name: nominal_own_values(part) for part in group.parts if part.block.curves})
+    return fit(group, {pair: candidate for pair, (candidate, _, _) in curves.items()},
+               {pair: Prior(within, length=length) for pair, (_, within, length) in curves.items()})
+
+
+def renew_noise(bare: Fit) -> Recorded:
+    """Return the recordings with the noise of sensors that a fit leaves."""
+    random = np.random.default_rng(0)
+    parts = list[Part]()
+    for part in bare.recorded.parts:
+        model = bare.models[part.name]
+        n, o, k = part.measured.shape
+        carried = np.zeros((n, o, k))
+        for name, noise in part.noise.items():
+            direction = model.trajectory.direction("input", name, noise.std)
+            drawn = np.repeat(draw_noise(noise, (n, k), random), part.fine, axis=1)
+            carried += model.trajectory.respond(direction, drawn[:, None, :model.trajectory.outputs.shape[2]])[
+                :, 0, :, ::part.fine]
+        loudness = np.stack([estimate_loudness(model.residual[:, place], part.counted[:, place]) for place in range(o)],
+                            axis=1)
+        scaled = 1 / loudness[:, :, None]
+        parts.append(replace(part, loudness=loudness, sensors=tuple(
+            estimate_residual_noise((scaled * model.residual)[:, place], part.counted[:, place],
+                                    (scaled * carried)[:, place] if part.noise else None, sensor)
+            for place, sensor in enumerate(part.sensors))))
+    return replace(bare.recorded, parts=tuple(parts))
+
+
+def _doubt(bare: Fit, settings: EngineSettings) -> np.ndarray:
+    """Return robust deviations (n,) of the runs, by chi-square of the parts and by parameters."""
+    chi = np.log(np.maximum(np.array(list(bare.chi_square.values())), 1e-3)).T
+    widest = np.array([term.widest for term in bare.recorded.random])
+    return np.maximum(_deviate(chi, settings.least_spread).max(axis=1),
+                      np.abs(_deviate(bare.state.points, widest)).max(axis=1))
+
+
+def _deviate(values: np.ndarray, least: np.ndarray | float) -> np.ndarray:
+    """Return deviations of values (n, c) from their median in robust standard deviations of at least `least`."""
+    off = values - np.median(values, axis=0)
+    return np.asarray(off / np.maximum(least, 1.4826 * np.median(np.abs(off), axis=0)))
+
+
+def _is_unexplained(chi: np.ndarray, settings: EngineSettings) -> bool:
+    """Whether runs leave more than noise: by a share, and by standard errors over the runs."""
+    error = np.sqrt(chi.var(ddof=1) / len(chi) + (0.25 * settings.unexplained) ** 2)
+    return bool(chi.mean() - 1 > settings.errors * error)

@@ -1,0 +1,486 @@
+"""Trajectories of a system on a grid of instants, and their linear response to changes.
+
+A Runge-Kutta step maps the states at an instant to those at the next one, with inputs and quantities linear in between:
+
+    x_{j+1} = step(x_j, u_j, u_{j+1}, q_j, q_{j+1}, p)
+
+A trajectory solves these equations for all j. They are solved by Newton's method for all instants and runs at once: the
+step and its derivatives are evaluated as arrays, and only the linear recurrence of the correction is sequential. Runs in
+which it does not converge are integrated step by step.
+
+All parameters, laws and errors are changes of quantities, inputs or parameters, so that every column of a linear model is
+one linear response along the trajectory, from numerical derivatives of the step.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+from numba import njit
+
+from slipstick.machine.declaration import Namespace
+from slipstick.machine.system import States, System, Values
+
+DIFFERENCE = 1e-6
+"""Step of numerical derivatives, over the size of what is changed."""
+_NEWTON, _CONVERGED = 12, 1e-6
+"""Most Newton steps, and the largest defect over the size of the states before the last one."""
+_TOGETHER = 20_000
+"""Samples that are evaluated at once: the arrays of a Runge-Kutta step then stay in the cache."""
+EDGE = 1e-9
+"""Distance from 0 of the two knots between which a law over a switching state jumps, over the range of the law."""
+
+Kind = Literal["quantity", "input", "parameter"]
+
+
+@dataclass(frozen=True, eq=False)
+class OwnLaw:
+    """A change of a quantity over the own `variable` of a system: linear between `values` (m,) at `knots` (m,).
+
+    Over a switching state, `place` is that of the state, and the law may jump at 0.
+    """
+
+    quantity: str
+    variable: str
+    knots: np.ndarray
+    values: np.ndarray
+    place: int | None = None
+
+    def at(self, x: np.ndarray, side: np.ndarray | None) -> np.ndarray:
+        """Return the law at x, on the `side` (-1, 0, 1) of a jump."""
+        return np.interp(x if side is None else beside_jump(x, side, self.knots), self.knots, self.values)
+
+
+def beside_jump(x: np.ndarray, side: np.ndarray, knots: np.ndarray) -> np.ndarray:
+    """Return x moved to its side of 0, by which a law with a jump is read."""
+    edge = EDGE * (knots[-1] - knots[0])
+    return np.asarray(np.where(side > 0, np.maximum(x, edge), np.where(side < 0, np.minimum(x, -edge), 0.0)))
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A `system` on K instants with steps `h` in s, scalar or (K - 1,), for n runs.
+
+    `inputs` and `quantities` are (n, K), or scalars; `parameters` (n, 1). Quantities also change by `laws` over own
+    variables. `sizes` are typical magnitudes by name, for numerical derivatives.
+    """
+
+    system: System
+    h: Any
+    inputs: Values
+    quantities: Values
+    parameters: Values
+    laws: tuple[OwnLaw, ...] = ()
+
+    @cached_property
+    def shape(self) -> tuple[int, int]:
+        """Numbers of runs and of instants."""
+        return np.broadcast_shapes(*(np.shape(value) for value in (*self.inputs.values(), *self.parameters.values(),
+                                                                   *self.quantities.values())))  # type: ignore
+
+    def take(self, rows: slice | np.ndarray) -> "Problem":
+        """Return the problem of the runs `rows`."""
+        def chosen(values: Values) -> dict[str, Any]:
+            return {name: value[rows] if np.ndim(value) == 2 and len(value) > 1 else value
+                    for name, value in values.items()}
+
+        return replace(self, inputs=chosen(self.inputs), quantities=chosen(self.quantities),
+                       parameters=chosen(self.parameters))
+
+
+def cut(values: Values, instants: slice) -> dict[str, Any]:
+    """Return values at some instants; what is constant in a run stays."""
+    return {name: value[:, instants] if np.ndim(value) == 2 and value.shape[1] > 1 else value
+            for name, value in values.items()}
+
+
+def as_tuple(values: Any) -> tuple[Any, ...]:
+    """Return what a declared function returns as a tuple."""
+    return values if isinstance(values, tuple) else (values,)
+
+
+def _ends(values: Values) -> tuple[Values, Values]:
+    """Return values at the begins and at the ends of all steps."""
+    return cut(values, slice(None, -1)), cut(values, slice(1, None))
+
+
+def _middle(first: Values, second: Values) -> dict[str, Any]:
+    return {name: 0.5 * (value + second[name]) for name, value in first.items()}
+
+
+class _Equations:
+    """The equations of a system with laws inside, as functions of dictionaries."""
+
+    def __init__(self, system: System, laws: Sequence[OwnLaw]) -> None:
+        self.system, self.laws = system, laws
+
+    def _changed(self, x: Namespace, u: Namespace, q: Values, p: Namespace) -> Namespace:
+        if not self.laws:
+            return Namespace(**q)
+        changed = dict(q)
+        for law in self.laws:
+            side = None if law.place is None else getattr(x, self.system.states[law.place] + "_side")
+            changed[law.quantity] = changed[law.quantity] + law.at(self.system.own[law.variable](x, u, p), side)
+        return Namespace(**changed)
+
+    def rates(self, x: States, u: Values, q: Values, p: Namespace, sides: Mapping[int, np.ndarray]) -> States:
+        named, inputs = self.system.name(x, sides), Namespace(**u)
+        rates = self.system.rate(named, inputs, self._changed(named, inputs, q, p), p)
+        rates = as_tuple(rates)
+        if not sides:
+            return rates
+        return tuple(np.where(sides[place] == 0, 0.0, rate) if place in sides else rate
+                     for place, rate in enumerate(rates))
+
+    def sides(self, x: States, u: Values, q: Values, p: Namespace) -> dict[int, np.ndarray]:
+        """Return the side of each switching state: at 0 that to which its rate leads, or 0 where it rests."""
+        sides = {place: np.sign(x[place]) for place in self.system.switches}
+        for place in self.system.switches:
+            if not (sides[place] == 0).any():
+                continue
+            up, down = (self.rates(x, u, q, p, {**sides, place: np.full(x[place].shape, side)})[place]
+                        for side in (1.0, -1.0))
+            leads = np.where(up > 0, 1.0, np.where(down < 0, -1.0, 0.0))
+            sides[place] = np.where(sides[place] == 0, leads, sides[place])
+        return sides
+
+    def advance(self, x: States, u: tuple[Values, Values], q: tuple[Values, Values], p: Namespace, h: Any) -> States:
+        """Return the states a step later. A state that meets its surface goes on from there, or rests."""
+        if not self.system.switches:
+            return self._step(x, u, q, p, h, {})
+        sides = self.sides(x, u[0], q[0], p)
+        following = self._step(x, u, q, p, h, sides)
+        for place in self.system.switches:
+            meets = following[place] * sides[place] < 0
+            if meets.any():
+                following = self._meet(place, meets, x, following, u, q, p, h, sides)
+        return following
+
+    def _step(self, x: States, u: tuple[Values, Values], q: tuple[Values, Values], p: Namespace, h: Any,
+              sides: Mapping[int, np.ndarray]) -> States:
+        """Return the states after a Runge-Kutta step on these sides of their surfaces."""
+        u_middle, q_middle = _middle(*u), _middle(*q)
+
+        def moved(by: Any, rates: Sequence[np.ndarray]) -> States:
+            return self._bound([state + by * rate for state, rate in zip(x, rates, strict=True)])
+
+        a = self.rates(x, u[0], q[0], p, sides)
+        b = self.rates(moved(0.5 * h, a), u_middle, q_middle, p, sides)
+        c = self.rates(moved(0.5 * h, b), u_middle, q_middle, p, sides)
+        d = self.rates(moved(h, c), u[1], q[1], p, sides)
+        return moved(h / 6, [k1 + 2 * (k2 + k3) + k4 for k1, k2, k3, k4 in zip(a, b, c, d, strict=True)])
+
+    def _bound(self, x: Sequence[np.ndarray]) -> States:
+        return tuple(np.maximum(state, low) if low > -np.inf else state
+                     for state, low in zip(x, self.system.lowest or (-np.inf,) * len(x), strict=True))
+
+    def _meet(self, place: int, meets: np.ndarray, x: States, following: States, u: tuple[Values, Values],
+              q: tuple[Values, Values], p: Namespace, h: Any, sides: Mapping[int, np.ndarray]) -> States:
+        """Return the states a step later where one `meets` its surface within the step."""
+        def chosen(values: Values) -> dict[str, Any]:
+            return {name: np.broadcast_to(value, meets.shape)[meets] if np.ndim(value) else value
+                    for name, value in values.items()}
+
+        def between(pair: tuple[Values, Values]) -> tuple[Values, Values, Values]:
+            first, last = chosen(pair[0]), chosen(pair[1])
+            return first, {name: value + share * (last[name] - value) for name, value in first.items()}, last
+
+        before = tuple(np.broadcast_to(state, meets.shape)[meets] for state in x)
+        p, h = Namespace(**chosen(vars(p))), np.broadcast_to(h, meets.shape)[meets]
+        share = before[place] / (before[place] - following[place][meets])  # of the step, as if the state were linear
+        u_first, u_there, u_last = between(u)
+        q_first, q_there, q_last = between(q)
+        own = {other: side[meets] for other, side in sides.items()}
+        there = list(self._step(before, (u_first, u_there), (q_first, q_there), p, share * h, own))
+        there[place] = np.zeros_like(there[place])
+        on = self.sides(tuple(there), u_there, q_there, p)
+        after = list(self._step(tuple(there), (u_there, u_last), (q_there, q_last), p, (1 - share) * h, on))
+        after[place] = np.where(after[place] * on[place] < 0, 0.0, after[place])
+        changed = []
+        for state, value in zip(following, after, strict=True):
+            state = state.copy()
+            state[meets] = value
+            changed.append(state)
+        return tuple(changed)
+
+    def start(self, u: Values, q: Values, p: Namespace, shape: tuple[int, ...]) -> States:
+        start = as_tuple(self.system.start(Namespace(**u), Namespace(**q), p))
+        return tuple(np.broadcast_to(np.asarray(state, float), shape) for state in start)
+
+    def outputs(self, x: States, u: Values, q: Values, p: Namespace) -> States:
+        """Return the outputs; a law inside the equations acts on them as well."""
+        sides = self.sides(x, u, q, p) if self.system.switches else {}
+        named, inputs = self.system.name(x, sides), Namespace(**u)
+        changed = self._changed(named, inputs, q, p)
+        return as_tuple(self.system.output(named, inputs, changed, p))
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """States `x` (n, d, K) of a problem, its `outputs` (n, o, K), and the derivatives `A` (n, K - 1, d, d) of the steps.
+    """
+
+    problem: Problem
+    x: np.ndarray
+    outputs: np.ndarray
+    A: np.ndarray
+    C: np.ndarray
+    scales: np.ndarray
+    _known: dict[tuple[Kind, str], "Direction"] = field(default_factory=dict)
+
+    def direction(self, kind: Kind, name: str, size: float) -> "Direction":
+        """Return the derivatives with a quantity, an input or a parameter of typical `size`."""
+        key = kind, name
+        if key not in self._known:
+            self._known[key] = _differentiate(self, kind, name, size)
+        return self._known[key]
+
+    @cached_property
+    def following(self) -> np.ndarray:
+        """The states (n, d, K - 1) that the steps lead to: those of the next instants, but for the tolerance."""
+        n, d, size = self.x.shape
+        out = np.empty((n, d, size - 1))
+        for rows in _parts(n, size):
+            part = self.problem.take(rows)
+            equations, p = _Equations(part.system, part.laws), Namespace(**part.parameters)
+            states = tuple(self.x[rows, place, :-1] for place in range(d))
+            for place, state in enumerate(equations.advance(states, _ends(part.inputs), _ends(part.quantities), p,
+                                                            part.h)):
+                out[rows, place] = state
+        return out
+
+    def respond(self, direction: "Direction", basis: np.ndarray) -> np.ndarray:
+        """Return the changes (n, m, o, K) of the outputs with coefficients of a basis (n, m, K) of a change."""
+        n, m, size = basis.shape
+        out = np.empty((n, m, self.outputs.shape[1], size))
+        respond(self.A, direction.B, self.C, direction.D, direction.S, np.ascontiguousarray(basis, dtype=float), out)
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class Direction:
+    """Derivatives with a change that is linear over each step, between its values at both ends.
+
+    `B` (n, K - 1, 2, d) are those of the steps, `D` (n, o, K) of the outputs, `S` (n, d) of the start.
+    """
+
+    B: np.ndarray
+    D: np.ndarray
+    S: np.ndarray
+
+
+def solve(problem: Problem, guess: np.ndarray | None = None) -> Trajectory:
+    """Solve a problem from a `guess` (n, d, K) of its states, or without one from their begin."""
+    n, size = problem.shape
+    d, o = len(problem.system.states), len(problem.system.signals)
+    x, y = np.empty((n, d, size)), np.empty((n, o, size))
+    A, C = np.empty((n, size - 1, d, d)), np.empty((n, o, size, d))
+    if guess is None:
+        guess = _hold_start(problem)
+    for rows in _parts(n, size):
+        part = problem.take(rows)
+        x[rows] = _solve_part(part, guess[rows], A[rows], size)
+    scales = _scales(x)
+    for rows in _parts(n, size):
+        part = problem.take(rows)
+        equations, p = _Equations(part.system, part.laws), Namespace(**part.parameters)
+        states = tuple(x[rows, place] for place in range(d))
+        here = equations.outputs(states, part.inputs, part.quantities, p)
+        for place, output in enumerate(here):
+            y[rows, place] = output
+        for state in range(d):
+            by = DIFFERENCE * scales[state]
+            moved = tuple(values + by if place == state else values for place, values in enumerate(states))
+            for place, output in enumerate(equations.outputs(moved, part.inputs, part.quantities, p)):
+                C[rows, place, :, state] = (output - here[place]) / by
+    return Trajectory(problem, x, y, A, C, scales)
+
+
+def _hold_start(problem: Problem) -> np.ndarray:
+    """Return the states (n, d, K) at the begin of each run, held."""
+    n, size = problem.shape
+    start = _Equations(problem.system, problem.laws).start(
+        cut(problem.inputs, slice(0, 1)), cut(problem.quantities, slice(0, 1)), Namespace(**problem.parameters), (n, 1))
+    held = np.array([np.broadcast_to(state, (n, size)) for state in start])
+    return np.ascontiguousarray(held.reshape(len(start), n, size).transpose(1, 0, 2))
+
+
+def _scales(x: np.ndarray) -> np.ndarray:
+    """Return the magnitude (d,) of states (n, d, K), that of most runs; 1 for a state that is 0."""
+    if not x.size:
+        return np.ones(x.shape[1])
+    magnitude = np.median(np.where(np.isfinite(x), np.abs(x), 0.0).max(axis=2), axis=0)
+    return np.where(magnitude > 0, magnitude, 1.0)
+
+
+def _parts(n: int, size: int) -> list[slice]:
+    together = max(1, _TOGETHER // size)
+    return [slice(first, min(n, first + together)) for first in range(0, n, together)]
+
+
+def _solve_part(problem: Problem, guess: np.ndarray, A: np.ndarray, size: int) -> np.ndarray:
+    if not problem.system.states:
+        return np.empty((len(A), 0, size))
+    x = guess.copy()
+    equations, p = _Equations(problem.system, problem.laws), Namespace(**problem.parameters)
+    u, q = _ends(problem.inputs), _ends(problem.quantities)
+    start = equations.start(cut(problem.inputs, slice(0, 1)), cut(problem.quantities, slice(0, 1)), p, (len(x), 1))
+    defect = np.empty((len(x), size, x.shape[1]))
+    correction = np.empty((len(x), size, x.shape[1]))
+    for _ in range(_NEWTON):
+        scales = _scales(x)
+        states = tuple(x[:, place, :-1] for place in range(x.shape[1]))
+        following = equations.advance(states, u, q, p, problem.h)
+        for place, state in enumerate(following):
+            defect[:, 1:, place] = state - x[:, place, 1:]
+            defect[:, :1, place] = start[place] - x[:, place, :1]
+        _fill_derivatives(equations, states, following, u, q, p, problem.h, scales, A)
+        accumulate(A, defect, correction)
+        x += correction.transpose(0, 2, 1)
+        for place, low in enumerate(problem.system.lowest):
+            np.maximum(x[:, place], low, out=x[:, place])
+        off = np.abs(defect / scales).max(axis=(1, 2))
+        if (off <= _CONVERGED).all():  # the next defect is of the order of its square
+            return x
+    rows = np.flatnonzero(~(off <= _CONVERGED))
+    part = problem.take(rows)
+    x[rows] = integrate(part, (len(rows), size))
+    derivatives = np.empty((len(rows), *A.shape[1:]))
+    _differentiate_states(part, tuple(x[rows, place] for place in range(x.shape[1])), _scales(x[rows]), derivatives)
+    A[rows] = derivatives
+    return x
+
+
+def integrate(problem: Problem, shape: tuple[int, int]) -> np.ndarray:
+    """Return the states (n, d, K) of a problem, integrated step by step for all runs at once."""
+    n, size = shape
+    equations = _Equations(problem.system, problem.laws)
+    p = Namespace(**{name: np.broadcast_to(np.reshape(value, -1), (n,)) for name, value in problem.parameters.items()})
+
+    def columns(values: Values) -> dict[str, Any]:
+        return {name: np.ascontiguousarray(np.broadcast_to(value, (n, size)).T) if np.ndim(value) else value
+                for name, value in values.items()}
+
+    def at(values: Values, j: int) -> dict[str, Any]:
+        return {name: value[j] if np.ndim(value) else value for name, value in values.items()}
+
+    u, q, x = columns(problem.inputs), columns(problem.quantities), np.empty((size, len(problem.system.states), n))
+    steps = np.broadcast_to(problem.h, (size - 1,))
+    states = equations.start(at(u, 0), at(q, 0), p, (n,))
+    u_here, q_here = at(u, 0), at(q, 0)
+    for j in range(size):
+        for place, state in enumerate(states):
+            x[j, place] = state
+        if j + 1 < size:
+            u_next, q_next = at(u, j + 1), at(q, j + 1)
+            states = equations.advance(states, (u_here, u_next), (q_here, q_next), p, steps[j])
+            u_here, q_here = u_next, q_next
+    return np.ascontiguousarray(x.transpose(2, 1, 0))
+
+
+def _differentiate_states(problem: Problem, states: States, scales: np.ndarray, A: np.ndarray) -> None:
+    """Fill A (n, K - 1, d, d) about states (n, K)."""
+    if not states:
+        return
+    equations, p = _Equations(problem.system, problem.laws), Namespace(**problem.parameters)
+    u, q = _ends(problem.inputs), _ends(problem.quantities)
+    before = tuple(state[:, :-1] for state in states)
+    following = equations.advance(before, u, q, p, problem.h)
+    _fill_derivatives(equations, before, following, u, q, p, problem.h, scales, A)
+
+
+def _fill_derivatives(equations: _Equations, states: States, following: States, u: tuple[Values, Values],
+                      q: tuple[Values, Values], p: Namespace, h: Any, scales: np.ndarray, A: np.ndarray) -> None:
+    for place, scale in enumerate(scales):
+        by = DIFFERENCE * scale
+        moved = tuple(state + by if other == place else state for other, state in enumerate(states))
+        for other, state in enumerate(equations.advance(moved, u, q, p, h)):
+            A[:, :, other, place] = (state - following[other]) / by
+
+
+def _differentiate(trajectory: Trajectory, kind: Kind, name: str, size: float) -> Direction:
+    """Return the derivatives with a change; that of a parameter is the same at both ends of a step."""
+    problem, by = trajectory.problem, DIFFERENCE * size
+    (n, d, instants), o = trajectory.x.shape, trajectory.outputs.shape[1]
+    B, D, S = np.zeros((n, instants - 1, 2, d)), np.empty((n, o, instants)), np.zeros((n, d))
+    first = slice(0, 1)
+
+    def changed(values: Values) -> dict[str, Any]:
+        return {**values, name: values[name] + by}
+
+    for rows in _parts(n, instants):
+        part = problem.take(rows)
+        equations, p = _Equations(part.system, part.laws), Namespace(**part.parameters)
+        u, q = part.inputs, part.quantities
+        moved_u = changed(u) if kind == "input" else u
+        moved_q = changed(q) if kind == "quantity" else q
+        moved_p = Namespace(**changed(part.parameters)) if kind == "parameter" else p
+        states = tuple(trajectory.x[rows, place] for place in range(d))
+        for place, output in enumerate(equations.outputs(states, moved_u, moved_q, moved_p)):
+            D[rows, place] = (output - trajectory.outputs[rows, place]) / by
+        if not d:
+            continue
+        before, count = tuple(state[:, :-1] for state in states), len(D[rows])
+        u_ends, q_ends, moved_u_ends, moved_q_ends = _ends(u), _ends(q), _ends(moved_u), _ends(moved_q)
+        for end in range(1 if kind == "parameter" else 2):
+            u_pair = (moved_u_ends[0], u_ends[1]) if end == 0 else (u_ends[0], moved_u_ends[1])
+            q_pair = (moved_q_ends[0], q_ends[1]) if end == 0 else (q_ends[0], moved_q_ends[1])
+            for place, state in enumerate(equations.advance(before, u_pair, q_pair, moved_p, part.h)):
+                B[rows, :, end, place] = (state - trajectory.following[rows, place]) / by
+        begin = equations.start(cut(u, first), cut(q, first), p, (count, 1))
+        moved_begin = equations.start(cut(moved_u, first), cut(moved_q, first), moved_p, (count, 1))
+        for place in range(d):
+            S[rows, place] = (moved_begin[place][:, 0] - begin[place][:, 0]) / by
+    return Direction(B, D, S)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def accumulate(A, defect, out):  # type: ignore[no-untyped-def]
+    """Fill out (n, K, d) with the solution of out_{j+1} = A_j out_j + defect_{j+1}, out_0 = defect_0."""
+    n, size, d = defect.shape
+    for i in range(n):
+        for a in range(d):
+            out[i, 0, a] = defect[i, 0, a]
+        for j in range(size - 1):
+            for a in range(d):
+                total = defect[i, j + 1, a]
+                for b in range(d):
+                    total += A[i, j, a, b] * out[i, j, b]
+                out[i, j + 1, a] = total
+
+
+_LANES = 8
+"""Columns that are integrated together: each step waits for the one before, and those of other columns do not."""
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def respond(A, B, C, D, S, basis, out):  # type: ignore[no-untyped-def]
+    """Fill out (n, m, o, K) with the changes of the outputs along coefficients of a basis (n, m, K)."""
+    n, m, size = basis.shape
+    d, outputs = A.shape[2], out.shape[2]
+    v, w = np.empty((d, _LANES)), np.empty((d, _LANES))
+    for i in range(n):
+        for first in range(0, m, _LANES):
+            count = min(_LANES, m - first)
+            for a in range(d):
+                for g in range(count):
+                    v[a, g] = S[i, a] * basis[i, first + g, 0]
+            for j in range(size):
+                for o in range(outputs):
+                    for g in range(count):
+                        total = D[i, o, j] * basis[i, first + g, j]
+                        for b in range(d):
+                            total += C[i, o, j, b] * v[b, g]
+                        out[i, first + g, o, j] = total
+                if j + 1 == size:
+                    break
+                for a in range(d):
+                    before, after = B[i, j, 0, a], B[i, j, 1, a]
+                    for g in range(count):
+                        total = before * basis[i, first + g, j] + after * basis[i, first + g, j + 1]
+                        for b in range(d):
+                            total += A[i, j, a, b] * v[b, g]
+                        w[a, g] = total
+                v[:] = w

@@ -1,0 +1,196 @@
+"""The filter that turns residuals, and columns of a linear model, into independent values of unit variance.
+
+The residual of an output contains the noise v of its sensor and, through the states x of a system and directly, the noise
+u of measured inputs, all first-order autoregressive:
+
+    y_t = C_t x_t + E_t u_t + v_t,   x_{t+1} = A_t x_t + F_t u_t,   x_0 = 0
+
+The innovations of its Kalman filter, divided by their standard deviations, are independent with unit variance: products
+of whitened columns are products under the inverse covariance of y (Durbin and Koopman, Time Series Analysis by State Space
+Methods, section 4.3). The outputs of an instant are taken one after the other, as their sensors are independent.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from slipstick.engine.noise import Noise
+
+_LANES = 8
+"""Columns that are filtered at a time: each step waits for the one before, and those of other columns do not."""
+
+
+@dataclass(frozen=True, eq=False)
+class CarriedNoise:
+    """How the noise of r measured inputs reaches the o outputs through d states, at the k samples of n runs.
+
+    `A` (n, k - 1, d, d) and `F` (n, k - 1, d, r) are those of a step, `C` (n, o, k, d) and `E` (n, o, k, r) of outputs.
+    The standard deviations of a run are `loudness` (n, r) times those of the `inputs`.
+    """
+
+    inputs: tuple[Noise, ...]
+    loudness: np.ndarray
+    A: np.ndarray
+    F: np.ndarray
+    C: np.ndarray
+    E: np.ndarray
+
+
+def whiten(columns: np.ndarray, counted: np.ndarray, sensors: Sequence[Noise], loudness: np.ndarray,
+           carried: CarriedNoise | None = None) -> np.ndarray:
+    """Return columns (n, c, o, k) after the filter, (n, c, o k): 0 at samples that are not `counted` (n, o, k).
+
+    The noise of a run has `loudness` (n, o) times the standard deviations of the `sensors`. Samples that are not counted are missing, not zero: the noise goes on over them.
+    """
+    n, c, o, k = columns.shape
+    out = np.zeros((n, c, o, k))
+    columns, counted = np.ascontiguousarray(columns), np.ascontiguousarray(counted)
+    std, rho = (np.array([getattr(each, name) for each in sensors]) for name in ("std", "correlation"))
+    std = std * loudness
+    if carried is None:
+        _whiten_autoregressive(columns, counted, std, rho, out)
+    else:
+        input_std, input_rho = (np.array([getattr(each, name) for each in carried.inputs])
+                                for name in ("std", "correlation"))
+        _filter(columns, counted, std, rho, input_std * carried.loudness, input_rho, *(np.ascontiguousarray(values) for values in (
+            carried.A, carried.F, carried.C, carried.E)), out)
+    return out.reshape(n, c, o * k)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _whiten_autoregressive(columns, counted, std, rho, out):  # type: ignore[no-untyped-def]
+    """The filter without carried noise: the noise of a sensor is known at every sample that is counted."""
+    n, c, outputs, k = columns.shape
+    for i in range(n):
+        for o in range(outputs):
+            following = 1 / (std[i, o] * np.sqrt(1 - rho[o] * rho[o]))
+            start, last, known = 0, 0, 0.0  # `known` is the share of the noise at the `last` counted sample
+            while start < k:
+                if not counted[i, o, start]:
+                    known *= rho[o]
+                    start += 1
+                    continue
+                end = start + 1
+                while end < k and counted[i, o, end]:
+                    end += 1
+                weight = 1 / (std[i, o] * np.sqrt(1 - known * known))
+                for j in range(c):
+                    out[i, j, o, start] = (columns[i, j, o, start] - known * columns[i, j, o, last]) * weight
+                    for t in range(start + 1, end):
+                        out[i, j, o, t] = (columns[i, j, o, t] - rho[o] * columns[i, j, o, t - 1]) * following
+                start, last, known = end, end - 1, rho[o]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _filter(columns, counted, std, rho, input_std, input_rho, A, F, C, E, out):  # type: ignore[no-untyped-def]
+    n, c, outputs, k = columns.shape
+    d, r = A.shape[2], len(input_rho)
+    size = d + r + outputs  # states, noise of inputs, noise of sensors
+    P, moved = np.empty((size, size)), np.empty((size, size))
+    gains, H = np.zeros((k, outputs, size)), np.zeros((k, outputs, size))
+    roots, state, following = np.zeros((k, outputs)), np.zeros((size, _LANES)), np.zeros((size, _LANES))
+    T, covariance = np.zeros((size, size)), np.empty(size)
+    innovation = np.zeros(_LANES)
+    for i in range(n):
+        last = 0
+        for o in range(outputs):
+            for t in range(k):
+                if counted[i, o, t] and t + 1 > last:
+                    last = t + 1
+        P[:] = 0.0
+        for b in range(r):
+            P[d + b, d + b] = input_std[i, b] ** 2
+        for o in range(outputs):
+            P[d + r + o, d + r + o] = std[i, o] ** 2
+        for t in range(last):
+            for o in range(outputs):
+                H[t, o, :] = 0.0
+                for a in range(d):
+                    H[t, o, a] = C[i, o, t, a]
+                for b in range(r):
+                    H[t, o, d + b] = E[i, o, t, b]
+                H[t, o, d + r + o] = 1.0
+                gains[t, o, :] = 0.0
+                if not counted[i, o, t]:
+                    continue
+                variance = 0.0
+                for a in range(size):
+                    total = 0.0
+                    for b in range(size):
+                        total += P[a, b] * H[t, o, b]
+                    covariance[a] = total
+                for a in range(size):
+                    variance += H[t, o, a] * covariance[a]
+                roots[t, o] = 1 / np.sqrt(variance)
+                for a in range(size):
+                    gains[t, o, a] = covariance[a] / variance
+                for a in range(size):
+                    for b in range(size):
+                        P[a, b] -= gains[t, o, a] * covariance[b]
+            if t + 1 < last:
+                T[:] = 0.0
+                for a in range(d):
+                    for b in range(d):
+                        T[a, b] = A[i, t, a, b]
+                    for b in range(r):
+                        T[a, d + b] = F[i, t, a, b]
+                for b in range(r):
+                    T[d + b, d + b] = input_rho[b]
+                for o in range(outputs):
+                    T[d + r + o, d + r + o] = rho[o]
+                for a in range(size):
+                    for b in range(size):
+                        total = 0.0
+                        for e in range(size):
+                            total += T[a, e] * P[e, b]
+                        moved[a, b] = total
+                for a in range(size):
+                    for b in range(size):
+                        total = 0.0
+                        for e in range(size):
+                            total += moved[a, e] * T[b, e]
+                        P[a, b] = total
+                for b in range(r):
+                    P[d + b, d + b] += input_std[i, b] ** 2 * (1 - input_rho[b] ** 2)
+                for o in range(outputs):
+                    P[d + r + o, d + r + o] += std[i, o] ** 2 * (1 - rho[o] ** 2)
+        for first in range(0, c, _LANES):
+            count = min(_LANES, c - first)
+            state[:] = 0.0
+            for t in range(last):
+                for o in range(outputs):
+                    if not counted[i, o, t]:
+                        continue
+                    for g in range(count):
+                        innovation[g] = columns[i, first + g, o, t]
+                    for a in range(size):
+                        if H[t, o, a] != 0.0:
+                            for g in range(_LANES):
+                                innovation[g] -= H[t, o, a] * state[a, g]
+                    for g in range(count):
+                        out[i, first + g, o, t] = innovation[g] * roots[t, o]
+                    for a in range(size):
+                        gain = gains[t, o, a]
+                        for g in range(_LANES):
+                            state[a, g] += gain * innovation[g]
+                if t + 1 < last:
+                    for a in range(d):
+                        for g in range(_LANES):
+                            following[a, g] = 0.0
+                        for b in range(d):
+                            for g in range(_LANES):
+                                following[a, g] += A[i, t, a, b] * state[b, g]
+                        for b in range(r):
+                            for g in range(_LANES):
+                                following[a, g] += F[i, t, a, b] * state[d + b, g]
+                    for a in range(d):
+                        for g in range(_LANES):
+                            state[a, g] = following[a, g]
+                    for b in range(r):
+                        for g in range(_LANES):
+                            state[d + b, g] *= input_rho[b]
+                    for o in range(outputs):
+                        for g in range(_LANES):
+                            state[d + r + o, g] *= rho[o]

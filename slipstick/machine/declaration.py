@@ -1,0 +1,256 @@
+"""What a machine is: blocks with equations, the parameters and quantities in them, sensors, commands and conditions.
+
+The functions of a block are ordinary numpy code over arrays that broadcast: states `x`, inputs `u`, quantities `q` and
+parameters `p` are namespaces with an attribute for each name (a space or a hyphen becomes an underscore). They are
+evaluated for many runs and instants at once, so that `numpy.where` takes the place of `if`. Nothing is compiled.
+
+    tank = Block("tank", gives="level", reads=("voltage",), states=("level",), parameters=(GAIN, OUTLET, AREA, START),
+                 quantities=(LEAK,), lowest={"level": 0.0})
+
+    @tank.rate
+    def _(x, u, q, p):
+        return (p.pump_gain * u.voltage - p.outlet * np.sqrt(x.level) - q.leak) / p.area
+
+    @tank.start
+    def _(u, q, p):
+        return p.start_level
+"""
+
+import keyword
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from slipstick.errors import InvalidValue
+
+Namespace = SimpleNamespace
+Rate = Callable[[Any, Any, Any, Any], Any]
+Start = Callable[[Any, Any, Any], Any]
+
+SENSOR = " sensor"
+"""What the name of the quantity "error of a sensor" adds to the name of its signal."""
+
+
+def identifier_of(name: str) -> str:
+    """Return the attribute by which equations read a name."""
+    return re.sub(r"\W", "_", name)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A constant of the equations in `unit`, which may scatter between runs.
+
+    Changes are in units of `scale`, by default the magnitude of the nominal value. `scatter` is the largest standard
+    deviation between runs, and `within` the standard deviation by which the mean over the runs is known, infinite
+    where it is calibrated. `value` is the nominal value where the bench states none; with `first_of` it is the first
+    value of that signal in each run.
+    """
+
+    name: str
+    unit: str = ""
+    scatter: float = 0.05
+    within: float = math.inf
+    value: float | None = None
+    scale: float | None = None
+    first_of: str | None = None
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A named place of the equations that a law or an effect may change; 0 where the model has it as declared.
+
+    A `relative` quantity is a share. `size`, in `unit`, is that of a large change. By default it may depend on all that
+    is known within a run or of a run; `without` are names on which it cannot, for a physical reason, and `over` says
+    on what alone it may.
+    """
+
+    name: str
+    unit: str = ""
+    relative: bool = False
+    size: float = 1.0
+    over: tuple[str, ...] | None = None
+    without: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Curve:
+    """An error of a curve of the data sheet: a law of `quantity` over an own variable with a known prior.
+
+    `within` is its standard deviation, `knots` the number of coefficients over the range that the runs visit.
+    """
+
+    quantity: str
+    over: str
+    within: float
+    knots: int = 8
+
+
+@dataclass(frozen=True)
+class Command:
+    """An input that is known exactly, as a function of time."""
+
+    name: str
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A constant of a run, in `unit`, that its protocol states.
+
+    Its levels are off by errors with the relative standard deviation `within`, and each run by at most `scatter`.
+    `drifts` tells that the error may also change over the run order.
+    """
+
+    name: str
+    unit: str = ""
+    within: float = 0.02
+    scatter: float = 0.05
+    drifts: bool = False
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """A measured signal; what its error may depend on is excluded by `without` where physics forbids it."""
+
+    signal: str
+    unit: str = ""
+    without: tuple[str, ...] = ()
+
+    @property
+    def quantity(self) -> Quantity:
+        """The error of the sensor: what it reads too much."""
+        return Quantity(self.signal + SENSOR, self.unit, without=self.without)
+
+
+@dataclass(eq=False)
+class Block:
+    """A part of a machine between signals: `reads` inputs, and `gives` the signal of a sensor, or several ones.
+
+    `states` are integrated, and never below their `lowest` value. A state among `switches` has a surface at 0 where its
+    rate may jump: equations read its side (-1, 0 or 1) as the attribute `<state>_side` of `x`, and it rests at 0 while
+    the rates of both sides point there. `window` maps the namespace of measured signals to the samples that count.
+    `derived` are further own variables that laws may depend on, functions of `x`, `u` and `p`.
+    """
+
+    name: str
+    gives: str | tuple[str, ...]
+    reads: tuple[str, ...] = ()
+    states: tuple[str, ...] = ()
+    parameters: tuple[Parameter, ...] = ()
+    quantities: tuple[Quantity, ...] = ()
+    curves: tuple[Curve, ...] = ()
+    lowest: Mapping[str, float] = field(default_factory=dict)
+    switches: tuple[str, ...] = ()
+    derived: Mapping[str, Callable[[Any, Any, Any], Any]] = field(default_factory=dict)
+    window: Callable[[Any], np.ndarray] | None = None
+    rate_function: Rate | None = None
+    start_function: Start | None = None
+    output_function: Rate | None = None
+
+    def rate(self, function: Rate) -> Rate:
+        """Declare the rates of the states: `function(x, u, q, p)` returns one array, or a tuple in their order."""
+        self.rate_function = function
+        return function
+
+    def start(self, function: Start) -> Start:
+        """Declare the states at the begin of a run: `function(u, q, p)`; they are 0 without it."""
+        self.start_function = function
+        return function
+
+    def output(self, function: Rate) -> Rate:
+        """Declare the signal that the block gives: `function(x, u, q, p)`, or a tuple; it is the first state without it."""
+        self.output_function = function
+        return function
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """The signals that the block gives."""
+        return (self.gives,) if isinstance(self.gives, str) else self.gives
+
+
+@dataclass(frozen=True, eq=False)
+class Machine:
+    """`blocks` with what drives them and what is measured of them; raises `InvalidValue` for what does not fit.
+
+    `signals` are further signals within a run that laws may depend on, functions of the namespace of measured signals.
+    `inputs` are recorded channels that only equations and windows read.
+    """
+
+    name: str
+    blocks: tuple[Block, ...]
+    sensors: tuple[Sensor, ...]
+    commands: tuple[Command, ...] = ()
+    conditions: tuple[Condition, ...] = ()
+    signals: Mapping[str, Callable[[Any], Any]] = field(default_factory=dict)
+    inputs: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse names that collide, inputs that nobody gives, and blocks without equations."""
+        require_names([*(each.name for each in self.blocks)], "blocks")
+        known = [*(each.name for each in self.commands), *(each.signal for each in self.sensors),
+                 *(each.name for each in self.conditions), *self.signals, *self.inputs]
+        require_names(known, "inputs")
+        given = [signal for each in self.blocks for signal in each.signals]
+        for block in self.blocks:
+            self._require_block(block, set(known) | set(given))
+        require_names([*(each.name for each in self.parameters), *(each.name for each in self.conditions)],
+                      "parameters and conditions")
+        require_names([each.name for each in self.quantities], "quantities")
+
+    def _require_block(self, block: Block, known: set[str]) -> None:
+        place = f"The block '{block.name}' of the machine '{self.name}'"
+        for name in block.reads:
+            if name not in known:
+                raise InvalidValue(f"{place} reads '{name}', which is no command, condition or signal",
+                                   f"Declare it, or read one of: {', '.join(sorted(known))}")
+        for signal in block.signals:
+            if signal not in [sensor.signal for sensor in self.sensors]:
+                raise InvalidValue(f"{place} gives '{signal}', which no sensor measures",
+                                   "Declare a Sensor of this signal")
+        if block.states and block.rate_function is None:
+            raise InvalidValue(f"{place} has states and no rates", "Declare them with the decorator @block.rate")
+        if not block.states and block.output_function is None:
+            raise InvalidValue(f"{place} has neither states nor an output", "Declare it with the decorator @block.output")
+        for name in (*block.lowest, *block.switches):
+            if name not in block.states:
+                raise InvalidValue(f"{place} has no state '{name}'", f"Its states are: {', '.join(block.states)}")
+        require_names([*block.states, *(f"{name} side" for name in block.switches)], f"states of '{block.name}'")
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The parameters of all blocks, each once."""
+        return tuple(dict.fromkeys(each for block in self.blocks for each in block.parameters))
+
+    @cached_property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """The quantities of all blocks, and the errors of the sensors."""
+        own = dict.fromkeys(each for block in self.blocks for each in block.quantities)
+        return (*own, *(sensor.quantity for sensor in self.sensors))
+
+    def quantity(self, name: str) -> Quantity:
+        """Return a quantity by its name."""
+        return next(each for each in self.quantities if each.name == name)
+
+    def block(self, name: str) -> Block:
+        """Return a block by its name."""
+        return next(each for each in self.blocks if each.name == name)
+
+
+def require_names(names: Sequence[str], what: str) -> None:
+    """Raise `InvalidValue` where names are no identifiers, or two become the same one."""
+    seen = dict[str, str]()
+    for name in names:
+        attribute = identifier_of(name)
+        if not attribute.isidentifier() or keyword.iskeyword(attribute):
+            raise InvalidValue(f"'{name}' cannot be a name among the {what}: '{attribute}' is no identifier",
+                               "Begin with a letter, and avoid words of Python")
+        if attribute in seen:
+            raise InvalidValue(f"Among the {what}, '{seen[attribute]}' and '{name}' both become '{attribute}'",
+                               "Rename one of them")
+        seen[attribute] = name

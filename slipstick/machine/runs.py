@@ -1,0 +1,66 @@
+"""Recorded runs of a machine: signals on one clock, commands, and what is constant in a run."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """A command as corners: `time` (n, m) in s and `value` (n, m), linear between them and constant beyond."""
+
+    time: np.ndarray
+    value: np.ndarray
+
+    def at(self, time: np.ndarray) -> np.ndarray:
+        """Return the command (n, k) at instants (k,)."""
+        return np.array([np.interp(time, *corners) for corners in zip(self.time, self.value, strict=True)])
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """n runs of a machine with k samples at `time` (k,) in s.
+
+    `signals` (n, k) are measured, `commands` are profiles, `conditions` (n,) are stated. `channels` are further
+    recorded constants (n,) or signals (n, k), and `order` (n,) is the order of the runs, where it is known.
+    """
+
+    time: np.ndarray
+    signals: Mapping[str, np.ndarray]
+    commands: Mapping[str, Profile] = field(default_factory=dict)
+    conditions: Mapping[str, np.ndarray] = field(default_factory=dict)
+    channels: Mapping[str, np.ndarray] = field(default_factory=dict)
+    order: np.ndarray | None = None
+
+    def __len__(self) -> int:
+        return len(next(iter(self.signals.values())))
+
+    def take(self, rows: np.ndarray) -> "Runs":
+        """Return the runs `rows`, in this order."""
+        def chosen(values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+            return {name: value[rows] for name, value in values.items()}
+
+        commands = {name: Profile(each.time[rows], each.value[rows]) for name, each in self.commands.items()}
+        return replace(self, signals=chosen(self.signals), commands=commands, conditions=chosen(self.conditions),
+                       channels=chosen(self.channels), order=None if self.order is None else self.order[rows])
+
+    @property
+    def step(self) -> float:
+        """Sample time in s."""
+        return float(self.time[-1] - self.time[0]) / (len(self.time) - 1)
+
+    @classmethod
+    def open(cls, path: Path) -> "Runs":
+        """Read the runs of an HDF5 file as `evidence` writes it."""
+        def values(group: str) -> dict[str, np.ndarray]:
+            return {name: np.asarray(file[group][name], float) for name in file.get(group, ())}
+
+        with h5py.File(path) as file:
+            commands = {name: Profile(np.asarray(corners["time"], float), np.asarray(corners["value"], float))
+                        for name, corners in file.get("commands", {}).items()}
+            order = np.asarray(file["order"], float) if "order" in file else None
+            return cls(np.asarray(file["time"], float), values("signals"), commands, values("conditions"),
+                       values("channels"), order)

@@ -1,0 +1,55 @@
+"""The equations of a block, or of a whole machine, as functions of arrays: what the engine integrates."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from slipstick.machine.declaration import Block, Namespace, identifier_of
+
+Values = Mapping[str, Any]
+"""Arrays that broadcast against each other, by identifier."""
+States = tuple[np.ndarray, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """x' = rate(x, u, q, p), x(0) = start(u, q, p), and the `signals` y = output(x, u, q, p).
+
+    `states` are identifiers, `lowest` (d,) their least values, `switches` the places of those whose rate may jump at 0.
+    `own` are the variables that laws inside the equations may depend on: functions of x, u and p.
+    """
+
+    states: tuple[str, ...]
+    signals: tuple[str, ...]
+    rate: Callable[[Any, Any, Any, Any], Any]
+    start: Callable[[Any, Any, Any], Any]
+    output: Callable[[Any, Any, Any, Any], Any]
+    own: Mapping[str, Callable[[Any, Any, Any], Any]] = field(default_factory=dict)
+    lowest: tuple[float, ...] = ()
+    switches: tuple[int, ...] = ()
+
+    def name(self, x: States, sides: Mapping[int, np.ndarray]) -> Namespace:
+        """Return the namespace of states, with the sides of those that switch."""
+        named = dict(zip(self.states, x, strict=True))
+        return Namespace(**named, **{f"{self.states[place]}_side": side for place, side in sides.items()})
+
+
+def system_of(block: Block) -> System:
+    """Return the equations of a block."""
+    states = tuple(identifier_of(name) for name in block.states)
+    first = states[0] if states else ""
+    own = {name: _read(name) for name in block.states} | dict(block.derived)
+    if block.output_function is None:
+        own[block.signals[0]] = _read(block.states[0])
+    return System(states, block.signals, block.rate_function or (lambda x, u, q, p: ()),
+                  block.start_function or (lambda u, q, p: (0.0,) * len(states)),
+                  block.output_function or (lambda x, u, q, p: getattr(x, first)), own,
+                  tuple(block.lowest.get(name, -np.inf) for name in block.states),
+                  tuple(block.states.index(name) for name in block.switches))
+
+
+def _read(name: str) -> Callable[[Any, Any, Any], Any]:
+    attribute = identifier_of(name)
+    return lambda x, u, p: getattr(x, attribute)

@@ -1,0 +1,106 @@
+"""A whole machine as one block: every signal that a block gives is simulated, and read by the others."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from slipstick.errors import InvalidValue
+from slipstick.machine.declaration import Block, Machine, Namespace, identifier_of
+
+
+def compose(machine: Machine, name: str = "whole") -> Machine:
+    """Return the machine with one block that has the equations of all, driven by commands and conditions alone.
+
+    Where several blocks give a signal, the first one with states does. Raises `InvalidValue` for an algebraic loop, and
+    for states of the same name in two blocks.
+    """
+    givers = dict[str, Block]()
+    for block in sorted(machine.blocks, key=lambda block: not block.states):
+        givers.setdefault(block.gives, block)
+    blocks = sort_blocks(tuple(givers.values()))
+    states = tuple(state for block in blocks for state in block.states)
+    for state in states:
+        if states.count(state) > 1:
+            raise InvalidValue(f"Two blocks of the machine '{machine.name}' have a state '{state}'", "Rename one of them")
+    given = tuple(block.gives for block in blocks)
+    reads = tuple(dict.fromkeys(name for block in blocks for name in block.reads if name not in given))
+    whole = Block(
+        name, gives=given, reads=reads, states=states,
+        parameters=tuple(dict.fromkeys(each for block in blocks for each in block.parameters)),
+        quantities=tuple(dict.fromkeys(each for block in blocks for each in block.quantities)),
+        curves=tuple(each for block in blocks for each in block.curves),
+        lowest={state: low for block in blocks for state, low in block.lowest.items()},
+        switches=tuple(state for block in blocks for state in block.switches),
+        derived={each: derive for block in blocks for each, derive in block.derived.items()},
+        window=_join_windows(machine, given))
+    whole.rate(_join_rates(blocks))
+    whole.start(_join_starts(blocks))
+    whole.output(lambda x, u, q, p: tuple(getattr(_name_signals(blocks, x, u, q, p), identifier_of(signal))
+                                          for signal in given))
+    return Machine(machine.name, (whole,), tuple(each for each in machine.sensors if each.signal in given),
+                   machine.commands, machine.conditions, machine.signals, machine.inputs)
+
+
+def sort_blocks(blocks: tuple[Block, ...]) -> tuple[Block, ...]:
+    """Return blocks in the order in which their outputs can be computed: those that pass an input on come behind it.
+
+    A block with an output of its own may pass on each signal that it reads; one that gives its first state passes
+    nothing on. Raises `InvalidValue` for an algebraic loop, with the names of its signals.
+    """
+    left, ordered = list(blocks), list[Block]()
+    while left:
+        waiting = {block.gives for block in left}
+        ready = [block for block in left if block.output_function is None or not waiting & set(block.reads)]
+        if not ready:
+            loop = ", ".join(f"'{block.gives}'" for block in left)
+            raise InvalidValue(f"The signals {loop} form an algebraic loop: each is computed from another one of them",
+                               "Give one of the blocks a state, such as a short lag")
+        ordered += ready
+        left = [block for block in left if block not in ready]
+    return tuple(ordered)
+
+
+def _name_signals(blocks: tuple[Block, ...], x: Any, u: Any, q: Any, p: Any) -> Namespace:
+    """Return all inputs and the signals that blocks give, by identifier."""
+    known = Namespace(**vars(u))
+    for block in blocks:
+        output = block.output_function
+        value = output(x, known, q, p) if output else getattr(x, identifier_of(block.states[0]))
+        setattr(known, identifier_of(block.gives), value)
+    return known
+
+
+def _join_rates(blocks: tuple[Block, ...]) -> Callable[[Any, Any, Any, Any], Any]:
+    def rate(x: Any, u: Any, q: Any, p: Any) -> tuple[Any, ...]:
+        known, rates = _name_signals(blocks, x, u, q, p), list[Any]()
+        for block in blocks:
+            if block.rate_function is not None:
+                own = block.rate_function(x, known, q, p)
+                rates += own if isinstance(own, tuple) else (own,)
+        return tuple(rates)
+
+    return rate
+
+
+def _join_starts(blocks: tuple[Block, ...]) -> Callable[[Any, Any, Any], Any]:
+    def start(u: Any, q: Any, p: Any) -> tuple[Any, ...]:
+        begins = list[Any]()
+        for block in blocks:
+            own = block.start_function(u, q, p) if block.start_function else (0.0,) * len(block.states)
+            begins += own if isinstance(own, tuple) else (own,)
+        return tuple(begins)
+
+    return start
+
+
+def _join_windows(machine: Machine, given: tuple[str, ...]) -> Callable[[Any], Any]:
+    """Return the samples of each signal that count in a block that gives it."""
+    windows: Mapping[str, list[Callable[[Any], np.ndarray] | None]] = {
+        signal: [block.window for block in machine.blocks if block.gives == signal] for signal in given}
+
+    def window(u: Any) -> tuple[Any, ...]:
+        return tuple(True if None in own else np.any([each(u) for each in own if each is not None], axis=0)
+                     for own in windows.values())
+
+    return window
