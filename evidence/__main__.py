@@ -4,24 +4,27 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one core for each case; before numpy is imported
 
 from evidence import regression
+from evidence.engine_method import answers_for, restrict
 from evidence.kept import read_count
 from evidence.methods import METHODS
 from evidence.picture import draw_rates
 from evidence.rates import Entry, compare_methods, rate
 from evidence.runner import WORK, answer_cases, read_answers, read_entries, write_case
-from evidence.suites import SUITES
+from evidence.suites import OTHER_MACHINES, SUITES
 from evidence.tables import print_comparison, print_rates, write_answers, write_rates
 from slipstick.errors import SlipstickError
 from slipstick.interruption import STATUS
 from worker.executors import add_dask_argument
 
 CASES = {"nothing_missing": 40, "one_known_effect": 80, "one_unknown_effect": 40, "two_effects": 24,
-         "wrong_parameter": 16, "faulty_recordings": 16, "missing_signals": 16, "further_channel": 16}
+         "wrong_parameter": 16, "faulty_recordings": 16, "missing_signals": 16, "further_channel": 16,
+         OTHER_MACHINES: 40}
 """How many cases of each suite are answered by default: together up to an hour of two cores."""
 DEFAULT = "naming"
 
@@ -29,15 +32,16 @@ DEFAULT = "naming"
 def main(arguments: Sequence[str] | None = None) -> int:
     """Answer the cases, and return the exit status: 1 where a regression is worse than before."""
     parser = argparse.ArgumentParser(prog="python -m evidence", description=__doc__)
-    parser.add_argument("suites", nargs="+", choices=[*SUITES, "all", "regression"], metavar="SUITE",
-                        help=f"{', '.join(SUITES)}, all of them, or the regression suite")
+    parser.add_argument("suites", nargs="+", choices=[*SUITES, "all", OTHER_MACHINES, "regression"], metavar="SUITE",
+                        help=f"{', '.join(SUITES)}, all of them, {OTHER_MACHINES}, or the regression suite")
     parser.add_argument("--seed", type=read_count, default=1,
                         help="seed of the first case (default: 1); those behind it have the following seeds")
     parser.add_argument("--cases", type=read_count, help="number of cases of each suite (default: "
                                                   f"{', '.join(f'{suite} {count}' for suite, count in CASES.items())})")
-    parser.add_argument("--method", default=DEFAULT, metavar="NAME|FILE",
+    parser.add_argument("--method", metavar="NAME|FILE",
                         help=f"what answers: {', '.join(METHODS)}, or a file of answers that another program or "
-                             "checkout gave (default: naming); others are compared with it, on the same cases")
+                             "checkout gave (default: naming, and of other machines the engine); others are compared "
+                             "with it, on the same cases")
     parser.add_argument("--files", type=Path, metavar="FOLDER",
                         help="only write the files of the cases, and their truth apart, to this folder")
     parser.add_argument("--out", type=Path, default=WORK, metavar="FOLDER",
@@ -48,6 +52,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return regression.check(chosen.dask)
     suites = [*SUITES] if "all" in chosen.suites else chosen.suites
     cases = [(suite, chosen.seed + number) for suite in suites for number in range(chosen.cases or CASES[suite])]
+    if chosen.method is None:
+        chosen.method = "engine" if suites == [OTHER_MACHINES] else DEFAULT
     if chosen.files:
         for case in cases:
             print(write_case(*case, chosen.files).truth.case)
@@ -63,7 +69,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if chosen.method != DEFAULT:
         kept = read_entries(DEFAULT)
         before = [kept[case] for case in cases if case in kept]
-        print(f"\nBeside {DEFAULT}, on the cases that both have answered:")
+        words = "the cases that both have answered"
+        if chosen.method == "engine":
+            before = [replace(entry, answer=restrict(entry.answer)) for entry in before if answers_for(entry.truth)]
+            words += ", in the blocks of the engine"
+        print(f"\nBeside {DEFAULT}, on {words}:")
         print(print_comparison(compare_methods(before, entries)))
     return 0
 

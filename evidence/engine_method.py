@@ -1,32 +1,90 @@
-"""The engine as a method: the clutch's valve, load, lock and input shaft, declared, without its closing piston."""
+"""The engine as a method: other machines, and the clutch's blocks that are declared, without its closing piston."""
 
+import importlib.util
+import json
+from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 
-from evidence.answer import Answer, NamedPair, Pair
+from evidence.answer import Answer, LawOfPair, NamedPair, Pair, block_of
+from evidence.generator.truth import Truth
 from slipstick.bench import Bench
 from slipstick.clutch.declared import declare, runs_of, values_of
-from slipstick.engine.recordings import prepare
-from slipstick.engine.selection import Log, identify
+from slipstick.engine.measured_law import Law, measure
+from slipstick.engine.recordings import Recorded, prepare
+from slipstick.engine.selection import identify
+from slipstick.machine import Runs
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
 from slipstick.recordings import Recordings
 
 BLOCKS = "valve", "load", "lock", "input"
-"""The blocks that the engine answers for."""
+"""The clutch's blocks that the engine answers for."""
+MACHINES = Path(__file__).parents[1] / "tables" / "machines"
+_FLAT = "nothing", "constant", "line"
 
 
-def answer_by_engine(case: str, bench_file: Path, recordings_file: Path, log: Log = lambda _: None) -> Answer:
-    """Name what is missing in the ported blocks."""
-    bench, recordings = Bench.open(bench_file), Recordings.open(recordings_file)
+def answer_by_engine(case: str, described: Path, recorded: Path) -> Answer:
+    """Name what is missing: of another machine in all of it, of a clutch in the blocks that are declared."""
+    prepared = _prepare_machine(described, recorded) if described.name == "machine.json" else _prepare_clutch(
+        described, recorded)
+    answer = identify(prepared)
+    findings = tuple(NamedPair(_translate(finding.pair), tuple(_translate(rival) for rival in finding.rivals),
+                               nats=round(finding.nats, 1)) for finding in answer.findings)
+    laws = tuple(_state_law(measure(fit, finding.pair)) for finding in answer.findings for fit in answer.fits
+                 if finding.pair in fit.laws)
+    return Answer(case, findings, answer.unexplained, set_aside=answer.set_aside,
+                  laws=tuple(law for law in laws if law is not None), seconds=round(answer.seconds, 1))
+
+
+def answers_for(truth: Truth) -> bool:
+    """Return whether the engine answers for all that is hidden in a case, so that it can be compared with naming."""
+    return all(_is_declared(hidden.pair) for hidden in truth.hidden)
+
+
+def restrict(answer: Answer) -> Answer:
+    """Return what an answer says of the blocks that the engine answers for."""
+    findings = tuple(each for each in answer.findings if _is_declared(each.pair))
+    return replace(answer, findings=findings, explanations=(),
+                   unexplained=tuple(block for block in answer.unexplained if block in BLOCKS))
+
+
+def _is_declared(pair: Pair) -> bool:
+    """Return whether the quantity of a pair acts in the blocks that are declared."""
+    return block_of(pair) in BLOCKS or pair[0].endswith(" sensor")
+
+
+def load_machine(name: str) -> ModuleType:
+    """Return the module of a shipped machine, by its name in words."""
+    path = MACHINES / f"{name.replace(' ', '_')}.py"
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def _prepare_machine(described: Path, recorded: Path) -> Recorded:
+    content = json.loads(described.read_text())
+    return prepare(load_machine(content["machine"]).MACHINE, Runs.open(recorded), content["values"])
+
+
+def _prepare_clutch(described: Path, recorded: Path) -> Recorded:
+    bench, recordings = Bench.open(described), Recordings.open(recorded)
     scene = Scene.of(bench, recordings, NamingSettings())
     runs = runs_of(bench, recordings, scene.slipping, scene.locked)
-    answer = identify(prepare(declare(bench), runs, values_of(bench)), log=log)
-    findings = tuple(NamedPair(translate(finding.pair), tuple(translate(rival) for rival in finding.rivals),
-                               nats=round(finding.nats, 1)) for finding in answer.findings)
-    return Answer(case, findings, answer.unexplained, set_aside=answer.set_aside, seconds=answer.seconds)
+    return prepare(declare(bench), runs, values_of(bench))
 
 
-def translate(pair: Pair) -> Pair:
+def _translate(pair: Pair) -> Pair:
     """Return a pair of the engine in the words of the cases."""
-    quantity, on = pair
-    return (quantity, "twist") if quantity == "stick torque" else pair
+    return (pair[0], "twist") if pair[0] == "stick torque" else pair
+
+
+def _state_law(law: Law) -> LawOfPair | None:
+    """Return a law over a variable as points; None of lags and plays."""
+    if law.kind in ("lags", "past") or len(law.x) < 2:
+        return None
+    x, change, std = ([float(f"{value:.6g}") for value in values] for values in (law.x, law.change, law.std))
+    return LawOfPair(_translate(law.pair), x, change, std, not law.unit, _FLAT[law.known_up_to])

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from .answer import Answer, NamedPair, Pair, block_of
+from .generator.machines.pairs import PAIRS, accept_pairs
 from .generator.truth import HiddenEffect, Truth
 
 SURE = 0.9
@@ -73,6 +74,9 @@ def accept(hidden: HiddenEffect) -> set[Pair]:
     The offset of a sensor that drifts over the run order, or in an engagement, is both an offset and an error over it.
     """
     quantity, on = hidden.pair
+    for machine, pairs in PAIRS.items():
+        if hidden.pair in pairs:
+            return accept_pairs(machine, hidden.pair)
     drifts = on == "offset" and _DRIFTS.get(hidden.abscissa)
     return {compare_as(hidden.pair), *([(quantity, drifts)] if drifts else [])}
 

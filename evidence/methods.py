@@ -10,6 +10,7 @@ from pathlib import Path
 from numba import set_num_threads
 
 from evidence.answer import Answer, LawOfPair, NamedPair
+from evidence.engine_method import answer_by_engine
 from slipstick.bench import Bench
 from slipstick.clutch.effects import CATALOGUE, find
 from slipstick.naming.answer import answer
@@ -57,5 +58,5 @@ def _law(law: LawPoints) -> LawOfPair:
     return LawOfPair(law.pair, x, change, std, law.relative, law.up_to)
 
 
-METHODS: dict[str, Callable[[str, Path, Path], Answer]] = {"naming": answer_by_naming}
+METHODS: dict[str, Callable[[str, Path, Path], Answer]] = {"naming": answer_by_naming, "engine": answer_by_engine}
 """Name of each method, and the function that answers."""

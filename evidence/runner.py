@@ -12,11 +12,13 @@ from time import perf_counter
 from evidence.answer import Answer
 from evidence.generator.case import simulate
 from evidence.generator.files import write_recordings
+from evidence.generator.machines.draw import draw_machine_case
+from evidence.generator.machines.files import write_machine_case
 from evidence.generator.truth import Truth, describe
 from evidence.kept import Job, Result, open_processes, read_results, run_jobs
 from evidence.methods import METHODS
 from evidence.rates import Entry
-from evidence.suites import draw_case
+from evidence.suites import OTHER_MACHINES, draw_case
 from slipstick.errors import InvalidValue
 from slipstick.storage.files import replacing
 from worker.cluster import Cluster
@@ -36,14 +38,19 @@ class CaseFiles:
     folder: Path
 
     @property
+    def is_of_clutch(self) -> bool:
+        """Whether the case is one of a bench, and not of another machine."""
+        return not self.folder.name.startswith(OTHER_MACHINES)
+
+    @property
     def bench(self) -> Path:
-        """The bench file."""
-        return self.folder / "bench.toml"
+        """The file that describes the machine."""
+        return self.folder / ("bench.toml" if self.is_of_clutch else "machine.json")
 
     @property
     def recordings(self) -> Path:
         """The recordings."""
-        return self.folder / "recordings.h5"
+        return self.folder / ("recordings.h5" if self.is_of_clutch else "runs.h5")
 
     @property
     def truth(self) -> Truth:
@@ -59,6 +66,8 @@ class CaseFiles:
 def write_case(suite: str, seed: int, work: Path = WORK) -> CaseFiles:
     """Draw a case and write its files to the folder `work`, unless they are there."""
     files = CaseFiles(work / "cases" / f"{suite}-{seed}")
+    if not files.truth_file.exists() and not files.is_of_clutch:
+        write_machine_case(files.folder, draw_machine_case(seed))
     if not files.truth_file.exists():
         case = draw_case(suite, seed)
         run = simulate(case, RELATIVE)

@@ -212,6 +212,10 @@ SUITES: Mapping[str, Callable[[Chance], Case]] = {
 """Name of each suite, and how it draws a case."""
 
 
+OTHER_MACHINES = "other_machines"
+"""The suite of machines that are no clutch; `generator.machines` draws its cases."""
+
+
 def draw_case(suite: str, seed: int) -> Case:
     """Return the case of a suite and a seed."""
     key = [*SUITES].index(suite), seed

@@ -24,6 +24,7 @@ MAY_IMPORT = {
     "slipstick.bench": "numpy slipstick.errors slipstick.numerics slipstick.storage.sheet slipstick.storage.shipped",
     "slipstick.clutch": "numpy scipy numba llvmlite slipstick.errors slipstick.numerics "
                         "slipstick.bench slipstick.clutch.effects",
+    "slipstick.clutch.declared": "numpy scipy slipstick.bench slipstick.clutch slipstick.machine slipstick.recordings",
     "slipstick.clutch.effects": "numpy scipy slipstick.errors slipstick.bench.scales slipstick.clutch.fastmath "
                                 "slipstick.clutch.lag",
     "slipstick.storage.files": "",
@@ -85,7 +86,8 @@ MAY_IMPORT = {
                         "slipstick.engine.linear_model "
                         "slipstick.clutch slipstick.recordings",
     "slipstick.confirmation": "numpy scipy numba slipstick.errors slipstick.numerics slipstick.bench "
-                              "slipstick.blocks.whitening slipstick.clutch slipstick.naming slipstick.recordings",
+                              "slipstick.blocks.whitening slipstick.clutch slipstick.engine.linear_model slipstick.naming "
+                              "slipstick.recordings",
     "slipstick.studies": "numpy scipy slipstick.errors slipstick.numerics slipstick.bench slipstick.clutch "
                        "slipstick.confirmation slipstick.naming slipstick.plausibility.mismatch slipstick.recordings "
                        "slipstick.time_budget",

@@ -4,6 +4,7 @@ The closing piston and full contact are not among them. Equations: eqs. 1, 3 and
 """
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import scipy
@@ -51,10 +52,12 @@ def declare(bench: Bench) -> Machine:
         commands=(Command("current", "A"),),
         conditions=(Condition("motor speed", "rad/s", drifts=True), Condition("load inertia", "kg m^2"),
                     Condition("brake torque", "N m", drifts=True)),
-        signals={"output position": lambda u: np.cumsum(np.maximum(u.output_speed, 0), axis=1) * (u.time[1] - u.time[0]),
+        signals={"output position": lambda u: (np.cumsum(np.maximum(u.output_speed, 0), axis=1)
+                                               * (u.time[1] - u.time[0])),
                  "slip": lambda u: np.where(u.slipping, np.maximum(
                      u.input_speed - _value(bench, "gear_ratio") * u.output_speed, 0), 0.0)},
-        inputs=("lock-up", "slipping", "locked", "torque rate", "given torque", "first input speed", "stated motor speed"))
+        inputs=("lock-up", "slipping", "locked", "torque rate", "given torque", "first input speed",
+                "stated motor speed"))
 
 
 def _value(bench: Bench, name: str) -> float:
@@ -63,7 +66,7 @@ def _value(bench: Bench, name: str) -> float:
 
 def values_of(bench: Bench) -> dict[str, float]:
     """Return the nominal values of the parameters by name."""
-    return {name: value for name, value in zip(parameters.NAMES, bench.physics.nominal, strict=True)}
+    return dict(zip(parameters.NAMES, bench.physics.nominal, strict=True))
 
 
 def _declare_valve(bench: Bench) -> Block:
@@ -74,20 +77,20 @@ def _declare_valve(bench: Bench) -> Block:
                   parameters=(Parameter("current_delay", "s", scatter=0.1), Parameter("current_bias", "A", scatter=0.2),
                               Parameter("current_gain", "bar/A", scatter=0.1)), quantities=(current, pressure, delay))
 
-    def demand(u, q, p):  # type: ignore[no-untyped-def]
+    def demand(u: Any, q: Any, p: Any) -> Any:
         return p.current_gain * (u.current + q.valve_current - p.current_bias) * (1 + q.line_pressure)
 
-    def tau(q, p):  # type: ignore[no-untyped-def]
+    def tau(q: Any, p: Any) -> Any:
         return p.current_delay * np.maximum(1 + q.valve_delay, _SHORTEST)
 
     @valve.rate
-    def _(x, u, q, p):  # type: ignore[no-untyped-def]
+    def _(x: Any, u: Any, q: Any, p: Any) -> Any:
         demanded, time = demand(u, q, p), tau(q, p)
         return (x.pressure_rate - 2 / time * demanded,
                 -6 / time**2 * x.pressure - 4 / time * x.pressure_rate + 14 / time**2 * demanded)
 
     @valve.start
-    def _(u, q, p):  # type: ignore[no-untyped-def]
+    def _(u: Any, q: Any, p: Any) -> Any:
         demanded = demand(u, q, p)
         return 0 * demanded, 2 / tau(q, p) * demanded
 
@@ -108,7 +111,7 @@ def _declare_load(bench: Bench) -> Block:
                  quantities=(torque, brake), window=lambda u: u.slipping | u.locked)
 
     @load.rate
-    def _(x, u, q, p):  # type: ignore[no-untyped-def]
+    def _(x: Any, u: Any, q: Any, p: Any) -> Any:
         driven = u.output_torque + p.load_kick * u.lock_up + q.load_torque
         return (driven - p.brake_torque * (1 + q.brake_torque) - p.output_viscous * x.output_speed) / p.load_inertia
 
@@ -122,7 +125,7 @@ def _declare_lock(bench: Bench) -> Block:
                  window=lambda u: u.locked)
 
     @lock.output
-    def _(x, u, q, p):  # type: ignore[no-untyped-def]
+    def _(x: Any, u: Any, q: Any, p: Any) -> Any:
         return p.gear_ratio * u.output_speed + q.stick_torque * u.torque_rate
 
     return lock
@@ -147,7 +150,7 @@ def _declare_input(bench: Bench) -> Block:
                   derived={"speed ratio": lambda x, u, p: x.input_speed / p.motor_speed},
                   window=lambda u: u.slipping | u.locked)
 
-    def drive(speed, motor, sag):  # type: ignore[no-untyped-def]
+    def drive(speed: Any, motor: Any, sag: Any) -> Any:
         free = motor
         for _ in range(2):
             pump = (motor / np.interp(speed / motor, converter.speed_ratio, converter.capacity_factor)) ** 2
@@ -155,20 +158,20 @@ def _declare_input(bench: Bench) -> Block:
         return _converter_torque(converter, speed, motor)
 
     @shaft.rate
-    def _(x, u, q, p):  # type: ignore[no-untyped-def]
+    def _(x: Any, u: Any, q: Any, p: Any) -> Any:
         driven = drive(x.input_speed, p.motor_speed, p.sag) * (1 + q.converter_torque) + u.given_torque
         against = p.input_coulomb + p.input_viscous * x.input_speed
         clutch = u.output_torque / gear + p.input_kick * u.lock_up
         return (driven - against - clutch + q.input_torque) / p.input_inertia
 
     @shaft.start
-    def _(u, q, p):  # type: ignore[no-untyped-def]
+    def _(u: Any, q: Any, p: Any) -> Any:
         return u.first_input_speed * (1 + p.start) * p.motor_speed / u.stated_motor_speed
 
     return shaft
 
 
-def _converter_torque(converter: Converter, speed, motor):  # type: ignore[no-untyped-def]
+def _converter_torque(converter: Converter, speed: Any, motor: Any) -> Any:
     """Return the torque in N m of a converter at its input and motor speeds in rad/s."""
     ratio = speed / motor
     torque, capacity = (np.interp(ratio, converter.speed_ratio, values)

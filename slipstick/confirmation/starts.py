@@ -4,8 +4,8 @@ import numpy as np
 
 from slipstick.confirmation.simulated import SimulatedBench
 from slipstick.confirmation.terms import Terms
-from slipstick.naming.curved import CurvedFit
 from slipstick.engine.linear_model import Gram
+from slipstick.naming.curved import CurvedFit
 from slipstick.naming.linear_model import gram_of
 
 _MULTIPLES = (-3.0, -1.0, -0.3, 0.0, 0.1, 0.3, 1.0, 3.0)

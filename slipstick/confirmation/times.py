@@ -13,9 +13,9 @@ import numpy as np
 from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.schema import DOCUMENTED
 from slipstick.confirmation.starts import About
+from slipstick.engine.linear_model import estimate
 from slipstick.naming.bases import between, between_knots, hats
 from slipstick.naming.evidence import FOLDS, hold_out
-from slipstick.engine.linear_model import estimate
 from slipstick.naming.selection import in_errors, is_enough
 from slipstick.naming.settings import NamingSettings
 

@@ -1,10 +1,10 @@
 """What a law may be: functions of a variable, with a prior whose amplitude and smoothness are estimated.
 
 A law is a P-spline (Eilers and Marx, Statistical Science 11, 89, 1996): hat functions in number, with the prior of an
-integrated random walk, which is a penalty on second differences, beside a constant and a line of the same amplitude. Its
-two hyperparameters, amplitude and share of the walk, are those of the largest marginal likelihood (Wood, J. R. Stat. Soc.
-B 73, 3, 2011): no knots are chosen. The past of an input is weighted in the same way: what the input leaves after
-mechanical plays, over their width, and after first-order lags, over their time.
+integrated random walk, which is a penalty on second differences, beside a constant and a line of the same amplitude.
+Its two hyperparameters, amplitude and share of the walk, are those of the largest marginal likelihood (Wood, J. R.
+Stat. Soc. B 73, 3, 2011): no knots are chosen. The past of an input is weighted in the same way: what the input leaves
+after mechanical plays, over their width, and after first-order lags, over their time.
 """
 
 from dataclasses import dataclass, replace
@@ -13,13 +13,12 @@ from typing import Literal
 import numpy as np
 import scipy
 from numba import njit
-from scipy.signal import lfilter
 
 from slipstick.engine.trajectory import EDGE, beside_jump
 
 Kind = Literal["curve", "between", "own", "past", "lags"]
 
-MOST = 30
+MOST = 60
 """Hat functions of a law over a signal."""
 COARSE = 8
 """Of a law in the first comparison of all candidates."""
@@ -31,17 +30,19 @@ _FEW_RUNS = 2
 """Runs for each hat function of a law over what is constant in a run."""
 WALKS = (0.0, 0.3, 1.0, 3.0, 10.0)
 """Standard deviations of the walk over that of the line: the grid of smoothness."""
-WIDTHS, TIMES = np.geomspace(0.003, 0.5, 12), np.geomspace(0.5, 256, 14)
-"""Of plays, over the range of the signal, and of lags in samples."""
+WIDTHS, TIMES, DELAYS = np.geomspace(0.003, 0.5, 12), np.geomspace(0.5, 256, 14), np.geomspace(0.5, 64, 8)
+"""Of plays, over the range of the signal, and of lags and dead times in samples."""
+RELAXATIONS, PLACES = np.geomspace(2, 128, 4), np.array([-0.2, -0.05, 0.0, 0.05, 0.2])
+"""Times in samples over which a signal is forgotten, and places over its range at which laws of what is not bend."""
 
 
 @dataclass(frozen=True, eq=False)
 class Variable:
     """What a law depends on, `name` in `unit`, with `knots` (m,).
 
-    `values` are (n, K) of a "curve", (n,) of a law "between" runs, and the signal (n, K) whose "lags", or whose plays and
-    lags (its "past"), are taken; an "own" variable has those of the system, and none here. `jumps` tells that an own variable is a switching state, over which a law may jump at 0. Values have `fine` instants in a
-    sample.
+    `values` are (n, K) of a "curve", (n,) of a law "between" runs, and the signal (n, K) whose "lags", or whose plays
+    and lags (its "past"), are taken; an "own" variable has those of the system, and none here. `jumps` tells that an
+    own variable is a switching state, over which a law may jump at 0. Values have `fine` instants in a sample.
     """
 
     name: str
@@ -55,7 +56,9 @@ class Variable:
     @property
     def families(self) -> tuple[int, ...]:
         """Numbers of coefficients whose order is that of a variable: each has a smooth prior of its own."""
-        return (len(WIDTHS), len(TIMES)) if self.kind == "past" else (len(self.knots),)
+        if self.kind not in ("past", "lags"):
+            return len(self.knots),
+        return len(WIDTHS if self.kind == "past" else DELAYS), len(TIMES), *[len(PLACES)] * len(RELAXATIONS)
 
     def coarse(self) -> "Variable":
         """Return the variable with few knots, for a first comparison."""
@@ -69,18 +72,45 @@ class Variable:
 
     def basis(self, own: np.ndarray | None, size: int) -> np.ndarray:
         """Return the functions (n, m, K) of the variable, with the `own` values (n, K); (n, m, 1) between runs."""
-        if self.kind == "own":
-            assert own is not None
-            x = np.asarray(own)
-            return hats(beside_jump(x, np.sign(x), self.knots) if self.jumps else x, self.knots)
         values = own if self.values is None else self.values
         assert values is not None
         if self.kind in ("past", "lags"):
-            count = len(WIDTHS) if self.kind == "past" else 0
-            kept = [play(values, width) for width in self.knots[:count]]
-            kept += [lag(values, time * self.fine) for time in self.knots[count:]]
-            return np.stack(kept, axis=1) - values[:, None]
-        return hats(values if values.ndim == 2 else values[:, None], self.knots)
+            return np.concatenate([self._remember(values, family) for family in range(len(self.families))], axis=1)
+        x = np.asarray(values if values.ndim == 2 else values[:, None])
+        return hats(beside_jump(x, np.sign(x), self.knots) if self.jumps else x, self.knots)
+
+
+    def _remember(self, values: np.ndarray, family: int) -> np.ndarray:
+        """Return the functions (n, m, K) of a family of the past of a signal (n, K): what it is beyond the signal."""
+        first = sum(self.families[:family])
+        knots = self.knots[first:first + self.families[family]]
+        if family > 1:  # functions of what is not forgotten yet
+            excess = values - lag(values, RELAXATIONS[family - 2] * self.fine)
+            return np.stack([np.maximum(excess - knot, 0) - max(-knot, 0) for knot in knots], axis=1)
+        if family == 1:
+            kept = [lag(values, time * self.fine) for time in knots]
+        else:
+            kept = [play(values, knot) if self.kind == "past" else late(values, knot * self.fine, 1) for knot in knots]
+        return np.asarray(np.stack(kept, axis=1) - values[:, None])
+
+    def weigh(self, c: np.ndarray, size: int, own: np.ndarray | None = None) -> np.ndarray:
+        """Return a law (n, K), or (n, 1) between runs, with coefficients c (m,)."""
+        values = own if self.values is None else self.values
+        assert values is not None
+        if self.kind == "lags":  # without the basis, which is large
+            dead, lagging = slice(0, len(DELAYS)), slice(len(DELAYS), len(DELAYS) + len(TIMES))
+            values = np.ascontiguousarray(values, dtype=float)
+            law = (weigh_lags(values, self.knots[lagging] * self.fine, c[lagging])
+                   + weigh_delays(values, self.knots[dead] * self.fine, c[dead]))
+            for place, time in enumerate(RELAXATIONS):
+                first = lagging.stop + place * len(PLACES)
+                relaxing = slice(first, first + len(PLACES))
+                law += weigh_bends(values - lag(values, time * self.fine), self.knots[relaxing], c[relaxing])
+            return np.asarray(law)
+        if len(self.knots) > 1 and self.kind != "past":
+            x = beside_jump(values, np.sign(values), self.knots) if self.jumps else values
+            return np.asarray(np.interp(x, self.knots, c).reshape(len(values), -1))
+        return np.asarray(np.einsum("m,nmk->nk", c, self.basis(own, size)))
 
 
 def curve(name: str, unit: str, values: np.ndarray) -> Variable:
@@ -99,13 +129,16 @@ def own_variable(name: str, unit: str, like: np.ndarray, jumps: bool) -> Variabl
 
 
 def past(name: str, unit: str, values: np.ndarray, fine: int) -> Variable:
-    """Return the variable of the plays and lags of a signal (n, K) with `fine` instants in a sample."""
-    return Variable(name, unit, "past", np.concatenate([WIDTHS * np.ptp(values), TIMES]), values, fine=fine)
+    """Return the variable of the plays, lags and relaxations of a signal (n, K) with `fine` instants in a sample."""
+    size = float(np.ptp(values))
+    knots = np.concatenate([WIDTHS * size, TIMES, np.tile(PLACES * size, len(RELAXATIONS))])
+    return Variable(name, unit, "past", knots, values, fine=fine)
 
 
-def lags(name: str, values: np.ndarray | None, fine: int) -> Variable:
-    """Return the variable of the lags of a signal (n, K), or of the one that a part gives itself."""
-    return Variable(name, "samples", "lags", TIMES, values, fine=fine)
+def lags(name: str, values: np.ndarray | None, fine: int, size: float) -> Variable:
+    """Return the variable of the lags of a signal (n, K) of this `size`, or of the one that a part gives itself."""
+    knots = np.concatenate([DELAYS, TIMES, np.tile(PLACES * size, len(RELAXATIONS))])
+    return Variable(name, "samples", "lags", knots, values, fine=fine)
 
 
 def place_knots(values: np.ndarray) -> np.ndarray:
@@ -118,8 +151,9 @@ def place_knots(values: np.ndarray) -> np.ndarray:
     if len(levels) <= min(MOST, most):
         return levels
     ends = [OUTERMOST, 1 - OUTERMOST] if values.ndim == 2 else [0, 1]
-    even = np.linspace(*np.quantile(values, ends), most)
-    quantiles = np.quantile(levels, np.linspace(*ends, most))
+    low, high = (float(end) for end in np.quantile(values, ends))
+    even = np.linspace(low, high, most)
+    quantiles = np.quantile(levels, np.linspace(float(ends[0]), float(ends[1]), most))
     return np.asarray(0.5 * (even + quantiles))
 
 
@@ -202,5 +236,80 @@ def play(signal, width):  # type: ignore[no-untyped-def]
 
 def lag(signal: np.ndarray, time: float) -> np.ndarray:
     """Return a signal (n, k) after a first-order lag of `time` samples."""
-    keep = np.exp(-1 / time)
-    return np.asarray(lfilter([1 - keep], [1, -keep], signal, axis=1, zi=keep * signal[:, :1])[0])
+    signal = np.ascontiguousarray(signal, dtype=float)
+    return np.asarray(signal + weigh_lags(signal, np.array([time]), np.ones(1)))
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def weigh_lags(signal, times, weights):  # type: ignore[no-untyped-def]
+    """Return the weighted sum (n, k) of what first-order lags of `times` (m,) samples leave of a signal (n, k)."""
+    out, keep, state = np.zeros_like(signal), np.exp(-1 / times), np.empty(len(times))
+    for i in range(len(signal)):
+        state[:] = signal[i, 0]
+        for t in range(signal.shape[1]):
+            total, here = 0.0, signal[i, t]
+            for m in range(len(times)):
+                state[m] = here + keep[m] * (state[m] - here)
+                total += weights[m] * (state[m] - here)
+            out[i, t] = total
+    return out
+
+
+def late(signal: np.ndarray, by: float, every: int) -> np.ndarray:
+    """Return each `every`-th sample of a signal (..., K) that is late by so many steps.
+
+    By cubic convolution (Keys, IEEE Trans. Acoustics 29, 1153, 1981), whose slope has no jumps.
+    """
+    out = np.empty((*signal.shape[:-1], (signal.shape[-1] - 1) // every + 1))
+    _fill_late(np.ascontiguousarray(signal).reshape(-1, signal.shape[-1]), float(by), every,
+               out.reshape(-1, out.shape[-1]))
+    return out
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def weigh_bends(excess, knots, weights):  # type: ignore[no-untyped-def]
+    """Return the weighted sum (n, k) of what an `excess` (n, k) is beyond each of `knots` (m,), 0 without excess."""
+    out = np.zeros_like(excess)
+    for i in range(excess.shape[0]):
+        for t in range(excess.shape[1]):
+            for m in range(len(knots)):
+                out[i, t] += weights[m] * (max(excess[i, t] - knots[m], 0.0) - max(-knots[m], 0.0))
+    return out
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def weigh_delays(signal, delays, weights):  # type: ignore[no-untyped-def]
+    """Return the weighted sum (n, k) of what dead times `delays` (m,) leave of a signal (n, k)."""
+    out, last = np.zeros_like(signal), signal.shape[1] - 1
+    for m in range(len(delays)):
+        whole = int(np.floor(delays[m]))
+        first, second, third, fourth = _convolution_weights(delays[m] - whole)
+        for i in range(len(signal)):
+            for t in range(signal.shape[1]):
+                behind = t - whole
+                late = (first * signal[i, max(behind - 2, 0)] + second * signal[i, max(behind - 1, 0)]
+                        + third * signal[i, max(behind, 0)] + fourth * signal[i, min(max(behind + 1, 0), last)])
+                out[i, t] += weights[m] * (late - signal[i, t])
+    return out
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _convolution_weights(by):  # type: ignore[no-untyped-def]
+    """Return the weights of the samples -2, -1, 0 and 1 in a signal that is late by a part of a sample."""
+    s = 1 - by  # share of the way from the sample before to this one
+    return (-0.5 * s + s * s - 0.5 * s**3, 1 - 2.5 * s * s + 1.5 * s**3, 0.5 * s + 2 * s * s - 1.5 * s**3,
+            -0.5 * s * s + 0.5 * s**3)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _fill_late(signal, by, every, out):  # type: ignore[no-untyped-def]
+    whole = int(np.floor(by))
+    weights = _convolution_weights(by - whole)
+    last = signal.shape[1] - 1
+    for i in range(len(signal)):
+        for j in range(out.shape[1]):
+            behind = every * j - whole
+            total = 0.0
+            for place in range(4):
+                total += weights[place] * signal[i, min(max(behind - 2 + place, 0), last)]
+            out[i, j] = total

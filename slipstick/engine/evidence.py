@@ -72,7 +72,8 @@ def expect(fit: Fit, candidate: Candidate) -> np.ndarray:
     """Return the standard errors (n,) by which each run shows a law of a fit, if it is right."""
     places = fit.products.places(list(fit.laws).index(candidate.pair), fit.roots)
     c = fit.fitted.coefficients[places]
-    return np.sqrt(np.maximum(np.einsum("p,npq,q->n", c, fit.fitted.marginal[:, places][:, :, places], c), 0.0))
+    square = np.einsum("p,npq,q->n", c, fit.fitted.marginal[:, places][:, :, places], c)
+    return np.asarray(np.sqrt(np.maximum(square, 0.0)))
 
 
 def agree(gains: np.ndarray, expected: np.ndarray) -> float:
@@ -87,4 +88,4 @@ def agree(gains: np.ndarray, expected: np.ndarray) -> float:
         return 0.0
     slope = float(expected @ roots) / square
     spread = float(((roots - slope * expected) ** 2).sum()) / (len(roots) - 1)
-    return slope / max(np.sqrt(spread / square), 1e-9)
+    return float(slope / max(np.sqrt(spread / square), 1e-9))

@@ -1,7 +1,8 @@
-"""The nonlinear mixed model of a machine's parts with laws: Gauss-Newton steps, random effects by REML, laws by evidence.
+"""The nonlinear mixed model of a machine's parts with laws: Gauss-Newton steps, random effects by REML, laws by
+evidence.
 
-Each step solves the linear mixed model about the parameters of every run (linear_model.py), in which the coefficients of
-a law have the prior of its amplitude and smoothness; these are those of the largest marginal likelihood.
+Each step solves the linear mixed model about the parameters of every run (linear_model.py), in which the coefficients
+of a law have the prior of its amplitude and smoothness; these are those of the largest marginal likelihood.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,7 +18,7 @@ from slipstick.engine.linear_model import Fitted, Gram, estimate, marginalise, r
 from slipstick.engine.model import PartModel, State, build_part, key_of_law, key_of_term, touches
 from slipstick.engine.recordings import Pair, Recorded
 
-AMPLITUDES = np.geomspace(1e-4, 1e2, 121)
+AMPLITUDES = np.geomspace(1e-4, 10, 101)
 """Grid of the amplitude of a law, in units of its size."""
 _STEPS, _HALVINGS = 12, 5
 """Most Gauss-Newton steps, and most halvings of one."""
@@ -27,6 +28,9 @@ _FIRST, _LEAST = 1e-4, 1e-10
 """Variances of random effects, relative to their scale: to begin with, and at least."""
 _INDEPENDENT = 0.01
 """Share of the information on a flat form below which it is replaced by other terms."""
+_BEYOND = 3.0
+"""Scatter between runs that is possible, over the largest that is declared: what exceeds the declared one must show in
+the parameter, and not as a law."""
 _FURTHEST, _WIDTHS = 0.8, 6.0
 """Largest magnitude of a change of a parameter in its scale, so that a positive one stays positive, or in its widest
 scatter where that is more."""
@@ -69,14 +73,15 @@ class Products:
         return len(self.recorded.random) + len(self.recorded.shared)
 
     def gram(self, roots: Sequence[np.ndarray]) -> tuple[Gram, np.ndarray]:
-        """Return the linear mixed model with these roots (m, r) of the laws' priors, and the map (c, c') to raw ones."""
+        """Return the linear mixed model with these roots (m, r) of the laws' priors, and the map (c, c') to raw
+        ones."""
         random, shared = self.recorded.random, self.recorded.shared
         precision = 1 / np.array([term.std for term in (*random, *shared)]) ** 2
         target = np.array([term.target for term in (*random, *shared)])
-        turn = scipy.linalg.block_diag(np.eye(len(precision)), *roots, 1.0)
+        turn = scipy.linalg.block_diag(np.eye(len(precision)), *roots, np.ones((1, 1)))
         free = turn.shape[1] - 1 - len(precision)
         return Gram(turn.T @ self.values @ turn, len(random), np.append(precision, np.ones(free)),
-                    np.append(target, np.zeros(free)), np.array([term.widest for term in random])), turn
+                    np.append(target, np.zeros(free)), _BEYOND * np.array([term.widest for term in random])), turn
 
     def places(self, number: int, roots: Sequence[np.ndarray]) -> np.ndarray:
         """Return the places of a law's coefficients in the model with these roots."""
@@ -132,9 +137,9 @@ class Fit:
 
     @property
     def chi_square(self) -> dict[str, np.ndarray]:
-        """Reduced chi-square (n,) of each part."""
-        return {name: squares / np.maximum(self.models[name].part.counted.sum(axis=(1, 2)), 1)
-                for name, squares in self.squares.items()}
+        """Reduced chi-square (n,) of each part, over the variances of the noise alone."""
+        return {name: squares * model.part.temper / np.maximum(model.part.counted.sum(axis=(1, 2)), 1)
+                for (name, squares), model in zip(self.squares.items(), self.models.values(), strict=True)}
 
     @property
     def means(self) -> np.ndarray:
@@ -149,19 +154,22 @@ def begin(recorded: Recorded) -> State:
 
 
 def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair, Prior], state: State | None = None,
-        variance: np.ndarray | None = None, steps: int = _STEPS) -> Fit:
-    """Fit the parts with laws from a state on, where laws that it lacks are 0; priors of curves are kept."""
+        variance: np.ndarray | None = None, settled: float = _SETTLED) -> Fit:
+    """Fit the parts with laws from a state on, where laws that it lacks are 0; priors of curves are kept.
+
+    The fit ends where a step promises less than `settled` nats.
+    """
     state = state or begin(recorded)
     variance = np.full(len(recorded.random), _FIRST) if variance is None else np.maximum(variance, _FIRST * 1e-4)
-    widest = np.array([term.widest for term in recorded.random])
+    widest = _BEYOND * np.array([term.widest for term in recorded.random])
     state = replace(state, laws={pair: state.laws.get(pair, np.zeros(law.count)) for pair, law in laws.items()})
     priors, best, here, halvings = dict(priors), None, None, 0
-    for _ in range(steps):
+    for _ in range(_STEPS):
         models = {part.name: build_part(recorded, part, state, laws) for part in recorded.parts}
         state = replace(state, tracks={name: model.track for name, model in models.items()})
         products = assemble(recorded, models, laws, state)
         reached = _posterior_at(products, laws, priors, state, variance)
-        if here is not None and reached < here[0] - _SETTLED and halvings < _HALVINGS:
+        if here is not None and reached < here[0] - settled and halvings < _HALVINGS:
             state, halvings = _halfway(here[1], state), halvings + 1
             continue
         if here is not None and halvings == _HALVINGS:
@@ -175,7 +183,7 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
         promised = fitted.posterior - at_state.posterior
         evidence = restricted_likelihood(gram, fitted.variance) - promised
         current = Fit(recorded, dict(laws), dict(priors), state, models, products, fitted, turn, evidence,
-                      promised < _SETTLED)
+                      promised < settled)
         if best is None or current.evidence > best.evidence:
             best = current
         if current.converged:
@@ -194,7 +202,8 @@ def join(fits: Sequence[Fit]) -> Fit:
     recorded = replace(first, parts=tuple(part for each in fits for part in each.recorded.parts),
                        random=tuple(term for each in fits for term in each.recorded.random),
                        shared=tuple(term for each in fits for term in each.recorded.shared))
-    laws, priors, models, tracks = {}, {}, {}, {}
+    laws, priors = dict[Pair, Candidate](), dict[Pair, Prior]()
+    models, tracks = dict[str, PartModel](), dict[str, tuple[np.ndarray, np.ndarray]]()
     for each in fits:
         laws, priors, models = {**laws, **each.laws}, {**priors, **each.priors}, {**models, **each.models}
         tracks = {**tracks, **each.state.tracks}
@@ -248,7 +257,8 @@ def expand(recorded: Recorded, model: PartModel, laws: Mapping[Pair, Candidate],
 
 
 def law_products(fit_: Fit, candidate: Candidate) -> tuple[np.ndarray, np.ndarray]:
-    """Return the products of a candidate's columns with all columns of a fit (n, m, c), and with each other (n, m, m)."""
+    """Return the products of a candidate's columns with all columns of a fit (n, m, c), and with each other (n, m,
+    m)."""
     recorded, count = fit_.recorded, fit_.products.values.shape[1]
     cross = np.zeros((len(recorded), candidate.count, count))
     own = np.zeros((len(recorded), candidate.count, candidate.count))
@@ -297,7 +307,7 @@ def count_replaced(products: Products, law: Candidate, places: np.ndarray) -> in
         cross, whole = total[:count, places] @ form, float(form @ total[np.ix_(places, places)] @ form)
         if whole - cross @ np.linalg.solve(inner, cross) > _INDEPENDENT * whole:
             return number
-    return forms.shape[1]
+    return int(forms.shape[1])
 
 
 def choose_prior(gram: Gram, law: Candidate, places: np.ndarray, variance: np.ndarray,
@@ -358,7 +368,9 @@ def _posterior_at(products: Products, laws: Mapping[Pair, Candidate], priors: Ma
 
 def _halfway(here: State, there: State) -> State:
     laws = {pair: 0.5 * (c + there.laws[pair]) for pair, c in here.laws.items()}
-    return State(0.5 * (here.points + there.points), 0.5 * (here.means + there.means), 0.5 * (here.shared + there.shared), laws, here.tracks)
+    points, means, shared = (0.5 * (getattr(here, name) + getattr(there, name))
+                             for name in ("points", "means", "shared"))
+    return State(points, means, shared, laws, here.tracks)
 
 
 def _moved(recorded: Recorded, laws: Mapping[Pair, Candidate], fitted: Fitted, turn: np.ndarray, state: State) -> State:

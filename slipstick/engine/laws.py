@@ -82,8 +82,9 @@ def _list_of(recorded: Recorded, quantity: Quantity, own: dict[str, dict[str, np
         pasts = [_past(recorded, quantity, size, name, parts) for name in inputs if may(PAST + name)]
         return [*known, *(each for each in pasts if each is not None)]
     known = [each if each.pair[1] != signal else replace(each, pair=(quantity.name, GAIN)) for each in known]
-    own_signal = {part.name: lags(signal, None if signal in part.signals else recorded.fine(signal, part), part.fine)
-                  for part in parts}
+    span = float(np.ptp(recorded.signals[signal]))
+    own_signal = {part.name: lags(signal, None if signal in part.signals else recorded.fine(signal, part), part.fine,
+                                  span) for part in parts}
     return [*known, *([Candidate((quantity.name, LAG), quantity, 1.0, own_signal)] if may(LAG) else [])]
 
 
@@ -98,7 +99,7 @@ def acts(quantity: Quantity, part: Part) -> bool:
 def _over(recorded: Recorded, quantity: Quantity, size: float, name: str, parts: list[Part],
           own: dict[str, dict[str, np.ndarray]]) -> Candidate | None:
     """Return the candidate over a variable, which is own in some parts and known in others; None where neither."""
-    unit, variables, knots = recorded.units.get(name, ""), dict[str, Variable](), None
+    unit, variables = recorded.units.get(name, ""), dict[str, Variable]()
     is_sensor = quantity.name.endswith(SENSOR)  # which reads a signal when the equations are solved
 
     def is_own(part: Part) -> bool:
@@ -114,9 +115,8 @@ def _over(recorded: Recorded, quantity: Quantity, size: float, name: str, parts:
             variable = curve(name, unit, recorded.fine(name, part))
         else:
             return None
-        if knots is not None:
-            variable = replace(variable, knots=knots)
-        knots = variable.knots
+        for first in variables.values():
+            variable = replace(variable, knots=first.knots, jumps=first.jumps)
         variables[part.name] = variable
     return Candidate((quantity.name, name), quantity, size, {part.name: variables[part.name] for part in parts})
 
@@ -131,15 +131,22 @@ def _past(recorded: Recorded, quantity: Quantity, size: float, name: str, parts:
     return Candidate((quantity.name, PAST + name), quantity, size / scale if scale > 0 else size, variables)
 
 
-def list_curves(recorded: Recorded, own: dict[str, dict[str, np.ndarray]]) -> dict[Pair, tuple[Candidate, float, float]]:
+def list_curves(recorded: Recorded,
+                own: dict[str, dict[str, np.ndarray]]) -> dict[Pair, tuple[Candidate, float, float]]:
     """Return the laws of curves that are not known exactly, with standard deviation and length over their knots."""
     listed = {}
     for part in recorded.parts:
         for declared in part.block.curves:
             values = own[part.name][declared.over]
-            knots = np.linspace(*np.quantile(values, [OUTERMOST, 1 - OUTERMOST]), MOST)
+            low, high = (float(end) for end in np.quantile(values, [OUTERMOST, 1 - OUTERMOST]))
+            knots = np.linspace(low, high, MOST)
             variable = Variable(declared.over, "", "own", knots)
             pair = declared.quantity, CURVE + declared.over
             candidate = Candidate(pair, recorded.machine.quantity(declared.quantity), 1.0, {part.name: variable})
             listed[pair] = candidate, declared.within, (MOST - 1) / (declared.knots - 1)
     return listed
+
+
+def list_curve_pairs(recorded: Recorded) -> list[Pair]:
+    """Return the pairs of the curves that are not known exactly."""
+    return [(curve.quantity, CURVE + curve.over) for part in recorded.parts for curve in part.block.curves]

@@ -10,9 +10,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numba import njit
 
-from slipstick.engine.bases import Variable
+from slipstick.engine.bases import late
 from slipstick.engine.laws import Candidate
 from slipstick.engine.recordings import Pair, Part, Recorded, Term, clock_of, guess_track
 from slipstick.engine.trajectory import Kind, OwnLaw, Problem, Trajectory, solve
@@ -47,11 +46,12 @@ class State:
 class PartModel:
     """A part about a state: its smooth `trajectory`, its `predicted` signals (n, o, k), and whitened rows.
 
-    `signals` (n, o, K) are what the sensors read without errors: those of the trajectory, or measured ones at samples for
-    which a part without states does not hold.
+    `signals` (n, o, K) are what the sensors read without errors: those of the trajectory, or measured ones at samples
+    for which a part without states does not hold.
 
     `rows` (n, r + 1, o k) are the responses to the `keys` of terms and laws between runs, then those of laws within
-    runs, then the residual; the sensors are late by `clocks` (o,), in samples. `places` are the rows of each law within runs. `track` are the states of either trajectory.
+    runs, then the residual; the sensors are late by `clocks` (o,), in samples. `places` are the rows of each law within
+    runs. `track` are the states of either trajectory.
     """
 
     part: Part
@@ -70,7 +70,7 @@ class PartModel:
     @property
     def residual(self) -> np.ndarray:
         """What is measured beyond the prediction (n, o, k), in the units of the signals."""
-        return self.part.measured - self.predicted
+        return np.asarray(self.part.measured - self.predicted)
 
     def white(self, columns: np.ndarray) -> np.ndarray:
         """Return columns (n, c, o, k) whitened, (n, c, o k)."""
@@ -127,12 +127,13 @@ def build_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair,
     if not part.system.states:
         signals = np.where(part.counted, signals, np.stack([recorded.signals[name] for name in part.signals], axis=1))
     clocks = tuple(_clock(recorded, clock_of(part, signal), state) for signal in part.signals)
-    model = PartModel(part, state, laws, trajectory, signals, np.empty(0), clocks, _carry(part, trajectory), (), {}, np.empty(0),
-                      (driven.x, trajectory.x))
+    model = PartModel(part, state, laws, trajectory, signals, np.empty(0), clocks, _carry(part, trajectory), (), {},
+                      np.empty(0), (driven.x, trajectory.x))
     # The errors and the lateness of sensors are those of the smooth signals: a late noise would be an average.
     read = model.late(signals + sensor_errors(model, signals)) - signals[:, :, ::part.fine]
     model = replace(model, predicted=read + driven.outputs[:, :, ::part.fine])
-    keys = tuple(dict.fromkeys([key_of_term(term) for term in (*recorded.random, *recorded.shared) if touches(term, part)]
+    terms = [term for term in (*recorded.random, *recorded.shared) if touches(term, part)]
+    keys = tuple(dict.fromkeys([key_of_term(term) for term in terms]
                                + [key_of_law(law, part) for law in laws.values() if is_between(law)]))
     columns = [_row(model, key, recorded) for key in keys]
     places, first = dict[Pair, slice](), len(keys)
@@ -146,16 +147,19 @@ def build_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair,
 
 
 def touches(term: Term, part: Part) -> bool:
+    """Whether a term acts in a part."""
     if term.kind == "clock":
-        return term.place in [clock_of(part, signal) for signal in part.signals]
+        return term.place in [clock_of(part, signal) for signal in (*part.signals, *part.noise)]
     return term.place in part.parameters
 
 
 def key_of_term(term: Term) -> Key:
+    """Return the key of a term."""
     return term.kind, term.place
 
 
 def key_of_law(law: Candidate, part: Part) -> Key:
+    """Return the key of a law in a part."""
     if law.quantity.name.endswith(SENSOR):
         signal = law.quantity.name.removesuffix(SENSOR)
         return ("sensor", signal) if signal in part.signals else ("input", identifier_of(signal))
@@ -170,7 +174,7 @@ def _clock(recorded: Recorded, place: str, state: State) -> float:
 def _pose(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate],
           inputs: Mapping[str, np.ndarray]) -> Problem:
     """Return the equations of a part at a state, driven by `inputs`."""
-    parameters = {name: value for name, value in part.parameters.items()}
+    parameters = dict(part.parameters)
     for terms, values in ((recorded.random, state.points.T), (recorded.shared, state.shared)):
         for term, value in zip(terms, values, strict=True):
             if term.kind == "parameter" and term.place in parameters:
@@ -178,6 +182,9 @@ def _pose(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Cand
                 parameters[term.place] = parameters[term.place] + change[:, None]
     quantities: dict[str, Any] = dict(part.quantities)
     driving, inner = dict(inputs), list[OwnLaw]()
+    for name in part.noise:  # which were read late
+        clock = part.fine * _clock(recorded, clock_of(part, name), state)
+        driving[name] = inputs[name] + late(part.smooth[name], -clock, 1) - part.smooth[name]
     size = next(iter(inputs.values())).shape[1] if inputs else part.fine * (part.measured.shape[2] - 1) + 1
     for pair, law in laws.items():
         kind, name = key_of_law(law, part)
@@ -186,23 +193,17 @@ def _pose(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Cand
         variable, c = law.variables[part.name], law.size * state.laws[pair]
         if variable.kind == "own":
             place = part.block.states.index(variable.name) if variable.jumps else None
-            inner.append(OwnLaw(name, variable.name, variable.knots, c, place))
+            # An error of the sensor is taken off what it reads.
+            is_input = kind == "input"
+            inner.append(OwnLaw("input" if is_input else "quantity", name, variable.name, variable.knots,
+                                -c if is_input else c, place))
         elif kind == "input":
-            driving[name] = driving[name] - _value(variable, c, size)
+            driving[name] = driving[name] - variable.weigh(c, size)
         else:
-            quantities[name] = quantities[name] + _value(variable, c, size)
+            quantities[name] = quantities[name] + variable.weigh(c, size)
     if not driving:
         driving["time"] = np.zeros((len(part.measured), size))
     return Problem(part.system, part.step, driving, quantities, parameters, tuple(inner))
-
-
-def _value(variable: Variable, c: np.ndarray, size: int, own: np.ndarray | None = None) -> np.ndarray:
-    """Return a law (n, K), or (n, 1) between runs, with coefficients c (m,)."""
-    if variable.kind in ("curve", "between", "own") and len(variable.knots) > 1:
-        values = own if variable.values is None else variable.values
-        assert values is not None
-        return np.asarray(np.interp(values, variable.knots, c).reshape(len(values), -1))
-    return np.einsum("m,nmk->nk", c, variable.basis(own, size))
 
 
 def sensor_errors(model: PartModel, signals: np.ndarray) -> np.ndarray:
@@ -213,7 +214,7 @@ def sensor_errors(model: PartModel, signals: np.ndarray) -> np.ndarray:
         if kind == "sensor":
             place = model.part.signals.index(name)
             c = law.size * model.state.laws[pair]
-            errors[:, place] += _value(law.variables[model.part.name], c, signals.shape[2], signals[:, place])
+            errors[:, place] += law.variables[model.part.name].weigh(c, signals.shape[2], signals[:, place])
     return errors
 
 
@@ -243,7 +244,7 @@ def _white(part: Part, columns: np.ndarray, carried: CarriedNoise | None) -> np.
         noise = None if carried is None else CarriedNoise(carried.inputs, *(
             getattr(carried, name)[rows] for name in ("loudness", "A", "F", "C", "E")))
         out[rows] = whiten(columns[rows], part.counted[rows], part.sensors, part.loudness[rows], noise)
-    return out
+    return np.asarray(out / np.sqrt(part.temper))
 
 
 def _row(model: PartModel, key: Key, recorded: Recorded) -> np.ndarray:
@@ -252,7 +253,13 @@ def _row(model: PartModel, key: Key, recorded: Recorded) -> np.ndarray:
     n, o, size = model.trajectory.outputs.shape
     if kind != "clock":
         return _respond(model, kind, name, _typical(recorded, model, key), np.ones((n, 1, size)))
-    place = [clock_of(part, signal) for signal in part.signals].index(name)
+    names = (*part.signals, *part.noise)
+    place = [clock_of(part, signal) for signal in names].index(name)
+    if place >= o:
+        signal, clock = part.smooth[names[place]], _clock(recorded, name, model.state)
+        ahead, behind = (late(signal, -part.fine * (clock + by), 1) for by in (_LATER, -_LATER))
+        # An input is taken off by what its sensor reads too much.
+        return -_respond(model, "input", names[place], 1.0, (ahead - behind)[:, None] / (2 * _LATER))
     whole = (model.signals + sensor_errors(model, model.signals))[:, place]
     before, after = (late(whole, part.fine * (model.clocks[place] + by), part.fine) for by in (-_LATER, _LATER))
     column = np.zeros((n, 1, o, before.shape[1]))
@@ -308,30 +315,3 @@ def _respond(model: PartModel, kind: str, name: str, size: float, basis: np.ndar
 
 
 _KINDS: dict[str, Kind] = {"parameter": "parameter", "quantity": "quantity", "input": "input"}
-
-
-def late(signal: np.ndarray, by: float, every: int) -> np.ndarray:
-    """Return each `every`-th sample of a signal (..., K) that is late by so many steps.
-
-    By cubic convolution (Keys, IEEE Trans. Acoustics 29, 1153, 1981), whose slope has no jumps.
-    """
-    out = np.empty((*signal.shape[:-1], (signal.shape[-1] - 1) // every + 1))
-    _fill_late(np.ascontiguousarray(signal).reshape(-1, signal.shape[-1]), float(by), every,
-               out.reshape(-1, out.shape[-1]))
-    return out
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _fill_late(signal, by, every, out):  # type: ignore[no-untyped-def]
-    whole = int(np.floor(by))
-    s = 1 - (by - whole)  # share of the way from the sample before to the one behind
-    weights = (-0.5 * s + s * s - 0.5 * s**3, 1 - 2.5 * s * s + 1.5 * s**3, 0.5 * s + 2 * s * s - 1.5 * s**3,
-               -0.5 * s * s + 0.5 * s**3)
-    last = signal.shape[1] - 1
-    for i in range(len(signal)):
-        for j in range(out.shape[1]):
-            behind = every * j - whole
-            total = 0.0
-            for place in range(4):
-                total += weights[place] * signal[i, min(max(behind - 2 + place, 0), last)]
-            out[i, j] = total

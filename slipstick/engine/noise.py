@@ -1,8 +1,9 @@
 """The noise of a sensor, from its signal, and from what a fit leaves of it.
 
-A signal shows its noise only in differences of neighbouring samples, which say little of strongly correlated noise. What
-a fit leaves has no signal, so that differences over more samples show the noise as well. A model that lacks something
-leaves that, too: slowly, so that second differences lack it, or suddenly in a few samples, which are left out.
+A signal shows its noise only in differences of neighbouring samples, which say little of strongly correlated noise.
+What a fit leaves has no signal, so that differences over more samples show the noise as well. A model that lacks
+something leaves that, too: slowly, so that second differences lack it, or suddenly in a few samples, which are left
+out.
 """
 
 from dataclasses import dataclass
@@ -15,15 +16,15 @@ from slipstick.errors import InvalidValue
 _LAGS = (1, 2, 4, 8)
 """Samples between those of a second difference."""
 _BEGIN, HIGHEST = 0.9, 0.999
-"""Largest magnitude of an autocorrelation by differences of neighbours, which hardly depend on a larger one, and at all:
-a random walk has 1."""
+"""Largest magnitude of an autocorrelation by differences of neighbours, which hardly depend on a larger one, and at
+all: a random walk has 1."""
 _LEAST = 0.1
 """Least standard deviation, over the least that could by itself give the second differences of neighbouring samples."""
 _KEPT = 0.8
 """Share of the smallest values in a standard deviation that jumps do not reach."""
 _SECOND_ERROR = 6.0
-"""Sampling variance of the logarithm of the robust variance of second differences, times the number of samples: 1.8 times
-that of independent normal values (correlation of neighbouring differences, and the values that are left out)."""
+"""Sampling variance of the logarithm of the robust variance of second differences, times the number of samples: 1.8
+times that of independent normal values (correlation of neighbouring differences, and the values that are left out)."""
 _THIRD, _LAGGED = np.array([1.0, -3.0, 3.0, -1.0]), np.array([1.0, -2.0, 0.0, 2.0, -1.0])
 
 
@@ -101,11 +102,12 @@ def estimate_loudness(left: np.ndarray, counted: np.ndarray) -> np.ndarray:
     """
     counts = np.maximum(counted.sum(axis=1), 3)
     own = np.array([_second_variance(row[None], samples[None], 1) for row, samples in zip(left, counted, strict=True)])
-    ratio = np.log(np.maximum(own, 1e-300) / max(float(np.median(own[own > 0], axis=0)) if (own > 0).any() else 1.0, 1e-300))
+    typical = float(np.median(own[own > 0])) if (own > 0).any() else 1.0
+    ratio = np.log(np.maximum(own, 1e-300) / typical)
     ratio = np.where(own > 0, ratio, 0.0)
     error = _SECOND_ERROR / counts
     between = max(0.0, float(np.median((ratio - np.median(ratio)) ** 2) / 0.455 - np.median(error)))
-    return np.exp(0.5 * ratio * between / (between + error))
+    return np.asarray(np.exp(0.5 * ratio * between / (between + error)))
 
 
 def draw_noise(noise: Noise, shape: tuple[int, int], random: np.random.Generator) -> np.ndarray:

@@ -24,7 +24,8 @@ that shares noise with the residual is biased."""
 _LOOSE = 0.3
 """Standard deviation of the prior of a mean that is to be calibrated, in the scale of its parameter."""
 _SUBSTEPS, _EXACT = (1, 2, 4, 8), 1.0
-"""Numbers of steps in a sample, and the nats in all runs by which twice as many may differ: no decision depends on it."""
+"""Numbers of steps in a sample, and the nats in all runs by which twice as many may differ: no decision depends on
+it."""
 _STATED = 1e-3
 """Standard deviation of the mean of a condition over the runs, beside the errors of its levels."""
 _FEW = 4
@@ -59,7 +60,8 @@ class Part:
 
     `inputs` (n, K) drive the prediction as they were measured, `smooth` ones the columns; those that are noisy have
     their `noise`. `parameters` (n, 1) are nominal. The o signals that are `measured` (n, o, k) count where `counted`,
-    with the noise of their `sensors`. The noise of each run is `loudness` (n, o) times that, and `input_loudness` (n, r).
+    with the noise of their `sensors`. The noise of each run is `loudness` (n, o) times that, and `input_loudness` (n,
+    r). What a part leaves beyond noise counts as noise as well: variances are `temper` times those of the noise.
     """
 
     block: Block
@@ -75,6 +77,7 @@ class Part:
     sensors: tuple[Noise, ...]
     loudness: np.ndarray
     input_loudness: np.ndarray
+    temper: float = 1.0
 
     @property
     def name(self) -> str:
@@ -141,7 +144,7 @@ class Recorded:
         """Return the machine with some of its parts, and the terms that act on them."""
         parts = tuple(part for part in self.parts if part.name in names)
         places = {name for part in parts for name in (
-            *part.parameters, *(clock_of(part, signal) for signal in part.signals))}
+            *part.parameters, *(clock_of(part, signal) for signal in (*part.signals, *part.noise)))}
         return replace(self, parts=parts, random=tuple(term for term in self.random if term.place in places),
                        shared=tuple(term for term in self.shared if term.place in places))
 
@@ -149,7 +152,8 @@ class Recorded:
     def units(self) -> dict[str, str]:
         """Units of what laws may depend on."""
         machine = self.machine
-        return {"time": "s", **{each.name: each.unit for each in (*machine.commands, *machine.conditions)},
+        return {"time": "s", **{each.name: each.unit for each in machine.commands},
+                **{each.name: each.unit for each in machine.conditions},
                 **{sensor.signal: sensor.unit for sensor in machine.sensors}}
 
     def fine(self, name: str, part: Part) -> np.ndarray:
@@ -163,8 +167,8 @@ class Recorded:
 def prepare(machine: Machine, runs: Runs, values: Mapping[str, float] | None = None) -> Recorded:
     """Return a machine with its recorded runs, at nominal `values` of its parameters by name.
 
-    Raises `InvalidValue` where a parameter has no value, or a signal has no noise. A block of which a signal or an input
-    was not recorded is left out.
+    Raises `InvalidValue` where a parameter has no value, or a signal has no noise. A block of which a signal or an
+    input was not recorded is left out.
     """
     signals = {name: np.asarray(value, float) for name, value in runs.signals.items()}
     noise = {name: estimate_sensor_noise(name, value) for name, value in signals.items()}
@@ -225,12 +229,12 @@ def _find_nominal(machine: Machine, blocks: Sequence[Block], runs: Runs, signals
     nominal = dict[str, np.ndarray]()
     for parameter in dict.fromkeys(each for block in blocks for each in block.parameters):
         value = values.get(parameter.name, parameter.value)
-        if parameter.first_of in signals:
+        if parameter.first_of is not None and parameter.first_of in signals:
             nominal[parameter.name] = signals[parameter.first_of][:, :1]
             continue
         if value is None:
             raise InvalidValue(f"The parameter '{parameter.name}' of the machine '{machine.name}' has no value",
-                               "State it in the bench, or in its declaration")
+                               "State it among the values, or in its declaration")
         nominal[parameter.name] = np.full((len(runs), 1), float(value))
     for condition in machine.conditions:
         if condition.name in runs.conditions:
@@ -275,11 +279,11 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
 
     if not block.states:
         return at(1)
-    coarse, rows = at(_SUBSTEPS[0]), np.arange(min(len(runs), 6))
-    before = _predict_nominal(coarse.take(rows))
+    coarse = at(_SUBSTEPS[0])
+    before = _predict_nominal(coarse)
     for fine in _SUBSTEPS[1:]:
         finer = at(fine)
-        after = _predict_nominal(finer.take(rows))
+        after = _predict_nominal(finer)
         off = np.mean((after - before) ** 2, axis=(0, 2)) / [sensor.fresh**2 for sensor in coarse.sensors]
         if not (0.5 * off * len(runs) * len(runs.time) >= _EXACT).any():
             return coarse
@@ -337,10 +341,18 @@ def _list_terms(machine: Machine, runs: Runs, parts: tuple[Part, ...],
                             condition.within)
                        for number, level in enumerate(list_levels(stated, runs.order if condition.drifts else None))]
     for part in parts:
-        target, std = (0.0, 0.7) if part.noise else (0.5, 0.5)  # an input's clock is late as well
+        measured = tuple(part.noise)
+        # Against one measured input only a difference of clocks shows.
+        is_relative = len(measured) == len(_timed(part, runs)) == 1
+        clocked, target, std = (part.signals, 0.0, 0.7) if is_relative else ((*part.signals, *measured), 0.5, 0.5)
         shared += [Term(f"clock of {signal} in {part.name}", "clock", clock_of(part, signal), 1.0, ones, std,
-                        target=target) for signal in part.signals]
+                        target=target) for signal in clocked]
     return tuple(random), tuple(shared)
+
+
+def _timed(part: Part, runs: Runs) -> list[str]:
+    """Return the measured inputs and the commands of a part, whose time matters."""
+    return [name for name in part.block.reads if name in runs.commands or identifier_of(name) in part.noise]
 
 
 def clock_of(part: Part, signal: str) -> str:

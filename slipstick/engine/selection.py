@@ -9,7 +9,7 @@ import scipy
 
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, screen
 from slipstick.engine.fit import Fit, Prior, fit, join
-from slipstick.engine.laws import Candidate, list_candidates, list_curves
+from slipstick.engine.laws import Candidate, list_candidates, list_curve_pairs, list_curves
 from slipstick.engine.model import State, nominal_own_values
 from slipstick.engine.noise import draw_noise, estimate_loudness, estimate_residual_noise
 from slipstick.engine.recordings import Pair, Part, Recorded, explain
@@ -18,6 +18,11 @@ from slipstick.engine.settings import EngineSettings
 Log = Callable[[str], None]
 _SLOWLY = 30.0
 """Standard deviation in samples of the kernel that smooths what a prediction without noise leaves of a signal."""
+_TEMPERED = 6
+"""Most rounds in which what a part leaves is found to count as noise."""
+_SETTLED, _ROUGH = 0.1, 0.005
+"""Nats that a step of a trial may still promise: at least, and over those that its candidate gains by a linear
+model."""
 _NEAR = 0.5
 """Share of the nats of a finding from which a candidate is fitted in full: few coefficients gain less than many."""
 
@@ -119,6 +124,8 @@ class _Search:
 
     def _accept(self, better: Fit) -> None:
         """Take a fit with a further law, without earlier laws whose loss it makes good."""
+        better = temper(fit(better.recorded, better.laws, better.priors, better.state, better.fitted.variance),
+                        self.settings)
         for finding in self.findings[:-1]:
             if finding.pair not in better.laws:
                 continue
@@ -163,7 +170,7 @@ class _Search:
         candidate, groups = screened.candidate, self._groups(screened.candidate)
         base, pair = self._base(groups), screened.candidate.pair
         full = fit(base.recorded, {**base.laws, pair: candidate}, {**base.priors, pair: screened.prior}, base.state,
-                   base.fitted.variance)
+                   base.fitted.variance, max(_SETTLED, _ROUGH * screened.nats))
         gains, expected = hold_out(full) - hold_out(base), expect(full, candidate)
         finding = Finding(pair, full.evidence - base.evidence, agree(gains, expected), (), gains)
         self.log(f"full {pair} {finding.nats:.1f} errors {finding.errors:.1f} held out {gains.sum():.1f} "
@@ -185,20 +192,46 @@ def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:
 
     They have the noise of sensors that their residuals show.
     """
-    fits = [_fit_bare(group) for group in recorded.groups()]
+    fits = [temper(fit_bare(group), settings) for group in recorded.groups()]
     most = int(settings.most_outlying * len(recorded))
     for is_renewed in (False, True, True):
         if is_renewed:  # bad runs have a share in the noise that the signals show
-            fits = _renew(fits, settings)
+            fits = [temper(each, settings) for each in _renew(fits, settings)]
         while len(bad := _find_bad(fits, settings)) and len(recorded) - len(fits[0].recorded) + len(bad) <= most:
             kept = np.delete(np.arange(len(fits[0].recorded)), bad)
             fits = [fit(*_taken(each, kept)) for each in fits]
     return fits
 
 
+def temper(fitted: Fit, settings: EngineSettings) -> Fit:
+    """Return a fit in which what the parts leave beyond noise counts as noise.
+
+    Parameters are not driven far away by what is missing, and what a law leaves of a strong effect is weighed by its
+    own size (quasi-likelihood: McCullagh and Nelder, Generalized Linear Models, 1989, chapter 9).
+    """
+    for _ in range(_TEMPERED):
+        wanted = {name: max(1.0, _trim(chi, settings.most_outlying)) for name, chi in fitted.chi_square.items()}
+        wanted = {name: value if value > 1 + settings.unexplained else 1.0 for name, value in wanted.items()}
+        parts = fitted.recorded.parts
+        if all(abs(np.log(wanted[part.name] / part.temper)) < settings.unexplained for part in parts):
+            break
+        hotter = any(wanted[part.name] > 2 * part.temper for part in parts)
+        recorded = replace(fitted.recorded, parts=tuple(replace(part, temper=wanted[part.name]) for part in parts))
+        if hotter and not set(fitted.laws) - set(list_curve_pairs(recorded)):
+            fitted = fit_bare(recorded)  # anew: the parameters may be far away
+        else:
+            fitted = fit(recorded, fitted.laws, fitted.priors, fitted.state, fitted.fitted.variance)
+    return fitted
+
+
+def _trim(chi: np.ndarray, share: float) -> float:
+    """Return the mean of chi-squares (n,) without the largest share of them."""
+    return float(np.sort(chi)[:len(chi) - int(share * len(chi))].mean())
+
+
 def _find_bad(fits: Sequence[Fit], settings: EngineSettings) -> np.ndarray:
     doubt = np.max([_doubt(each, settings) for each in fits], axis=0)
-    return np.flatnonzero(doubt > max(settings.outlying, 0.5 * doubt.max()))
+    return np.flatnonzero(doubt > max(settings.outlying, 0.5 * float(doubt.max())))
 
 
 def _renew(fits: Sequence[Fit], settings: EngineSettings) -> list[Fit]:
@@ -224,14 +257,15 @@ def _taken(before: Fit, rows: np.ndarray) -> tuple[Recorded, dict[Pair, Candidat
     """Return what the fit of some of the runs begins with."""
     state = replace(before.state, points=before.state.points[rows],
                     tracks={name: (track[0][rows], track[1][rows]) for name, track in before.state.tracks.items()})
-    return (before.recorded.take(rows), {pair: law.take(rows) for pair, law in before.laws.items()}, dict(before.priors), state)
+    laws = {pair: law.take(rows) for pair, law in before.laws.items()}
+    return before.recorded.take(rows), laws, dict(before.priors), state
 
 
-def _fit_bare(group: Recorded) -> Fit:
-    """Fit a group of parts with the errors of their curves."""
+def fit_bare(group: Recorded, state: State | None = None, variance: np.ndarray | None = None) -> Fit:
+    """Fit a group of parts without laws, but with the errors of their curves."""
     curves = list_curves(group, {part.name: nominal_own_values(part) for part in group.parts if part.block.curves})
     return fit(group, {pair: candidate for pair, (candidate, _, _) in curves.items()},
-               {pair: Prior(within, length=length) for pair, (_, within, length) in curves.items()})
+               {pair: Prior(within, length=length) for pair, (_, within, length) in curves.items()}, state, variance)
 
 
 def renew_noise(bare: Fit) -> Recorded:
@@ -261,8 +295,8 @@ def _doubt(bare: Fit, settings: EngineSettings) -> np.ndarray:
     """Return robust deviations (n,) of the runs, by chi-square of the parts and by parameters."""
     chi = np.log(np.maximum(np.array(list(bare.chi_square.values())), 1e-3)).T
     widest = np.array([term.widest for term in bare.recorded.random])
-    return np.maximum(_deviate(chi, settings.least_spread).max(axis=1),
-                      np.abs(_deviate(bare.state.points, widest)).max(axis=1))
+    by_squares, by_parameters = _deviate(chi, settings.least_spread), np.abs(_deviate(bare.state.points, widest))
+    return np.asarray(np.maximum(by_squares.max(axis=1), by_parameters.max(axis=1)))
 
 
 def _deviate(values: np.ndarray, least: np.ndarray | float) -> np.ndarray:

@@ -5,11 +5,11 @@ A Runge-Kutta step maps the states at an instant to those at the next one, with 
     x_{j+1} = step(x_j, u_j, u_{j+1}, q_j, q_{j+1}, p)
 
 A trajectory solves these equations for all j. They are solved by Newton's method for all instants and runs at once: the
-step and its derivatives are evaluated as arrays, and only the linear recurrence of the correction is sequential. Runs in
-which it does not converge are integrated step by step.
+step and its derivatives are evaluated as arrays, and only the linear recurrence of the correction is sequential. Runs
+in which it does not converge are integrated step by step.
 
-All parameters, laws and errors are changes of quantities, inputs or parameters, so that every column of a linear model is
-one linear response along the trajectory, from numerical derivatives of the step.
+All parameters, laws and errors are changes of quantities, inputs or parameters, so that every column of a linear model
+is one linear response along the trajectory, from numerical derivatives of the step.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,7 +25,7 @@ from slipstick.machine.system import States, System, Values
 
 DIFFERENCE = 1e-6
 """Step of numerical derivatives, over the size of what is changed."""
-_NEWTON, _CONVERGED = 12, 1e-6
+_NEWTON, _CONVERGED = 60, 1e-6
 """Most Newton steps, and the largest defect over the size of the states before the last one."""
 _TOGETHER = 20_000
 """Samples that are evaluated at once: the arrays of a Runge-Kutta step then stay in the cache."""
@@ -37,12 +37,14 @@ Kind = Literal["quantity", "input", "parameter"]
 
 @dataclass(frozen=True, eq=False)
 class OwnLaw:
-    """A change of a quantity over the own `variable` of a system: linear between `values` (m,) at `knots` (m,).
+    """A change of a quantity or of an input over the own `variable` of a system: linear between `values` at `knots`
+    (m,).
 
     Over a switching state, `place` is that of the state, and the law may jump at 0.
     """
 
-    quantity: str
+    kind: Literal["quantity", "input"]
+    name: str
     variable: str
     knots: np.ndarray
     values: np.ndarray
@@ -50,7 +52,8 @@ class OwnLaw:
 
     def at(self, x: np.ndarray, side: np.ndarray | None) -> np.ndarray:
         """Return the law at x, on the `side` (-1, 0, 1) of a jump."""
-        return np.interp(x if side is None else beside_jump(x, side, self.knots), self.knots, self.values)
+        beside = x if side is None else beside_jump(x, side, self.knots)
+        return np.asarray(np.interp(beside, self.knots, self.values))
 
 
 def beside_jump(x: np.ndarray, side: np.ndarray, knots: np.ndarray) -> np.ndarray:
@@ -78,7 +81,7 @@ class Problem:
     def shape(self) -> tuple[int, int]:
         """Numbers of runs and of instants."""
         return np.broadcast_shapes(*(np.shape(value) for value in (*self.inputs.values(), *self.parameters.values(),
-                                                                   *self.quantities.values())))  # type: ignore
+                                                                   *self.quantities.values())))
 
     def take(self, rows: slice | np.ndarray) -> "Problem":
         """Return the problem of the runs `rows`."""
@@ -116,19 +119,21 @@ class _Equations:
     def __init__(self, system: System, laws: Sequence[OwnLaw]) -> None:
         self.system, self.laws = system, laws
 
-    def _changed(self, x: Namespace, u: Namespace, q: Values, p: Namespace) -> Namespace:
+    def _changed(self, x: Namespace, u: Values, q: Values, p: Namespace) -> tuple[Namespace, Namespace]:
+        """Return the inputs and the quantities with the laws."""
+        inputs, quantities = Namespace(**u), Namespace(**q)
         if not self.laws:
-            return Namespace(**q)
-        changed = dict(q)
+            return inputs, quantities
+        changed = {"input": dict(u), "quantity": dict(q)}
         for law in self.laws:
             side = None if law.place is None else getattr(x, self.system.states[law.place] + "_side")
-            changed[law.quantity] = changed[law.quantity] + law.at(self.system.own[law.variable](x, u, p), side)
-        return Namespace(**changed)
+            by = law.at(self.system.own[law.variable](x, inputs, p), side)
+            changed[law.kind][law.name] = changed[law.kind][law.name] + by
+        return Namespace(**changed["input"]), Namespace(**changed["quantity"])
 
     def rates(self, x: States, u: Values, q: Values, p: Namespace, sides: Mapping[int, np.ndarray]) -> States:
-        named, inputs = self.system.name(x, sides), Namespace(**u)
-        rates = self.system.rate(named, inputs, self._changed(named, inputs, q, p), p)
-        rates = as_tuple(rates)
+        named = self.system.name(x, sides)
+        rates = as_tuple(self.system.rate(named, *self._changed(named, u, q, p), p))
         if not sides:
             return rates
         return tuple(np.where(sides[place] == 0, 0.0, rate) if place in sides else rate
@@ -212,14 +217,14 @@ class _Equations:
     def outputs(self, x: States, u: Values, q: Values, p: Namespace) -> States:
         """Return the outputs; a law inside the equations acts on them as well."""
         sides = self.sides(x, u, q, p) if self.system.switches else {}
-        named, inputs = self.system.name(x, sides), Namespace(**u)
-        changed = self._changed(named, inputs, q, p)
-        return as_tuple(self.system.output(named, inputs, changed, p))
+        named = self.system.name(x, sides)
+        return as_tuple(self.system.output(named, *self._changed(named, u, q, p), p))
 
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """States `x` (n, d, K) of a problem, its `outputs` (n, o, K), and the derivatives `A` (n, K - 1, d, d) of the steps.
+    """States `x` (n, d, K) of a problem, its `outputs` (n, o, K), and the derivatives `A` (n, K - 1, d, d) of the
+    steps.
     """
 
     problem: Problem
@@ -321,36 +326,42 @@ def _parts(n: int, size: int) -> list[slice]:
 
 
 def _solve_part(problem: Problem, guess: np.ndarray, A: np.ndarray, size: int) -> np.ndarray:
+    """Return the states (n, d, K), and fill A; runs are left alone as soon as their trajectories are solved.
+
+    A step by Newton's method is exact up to the first instant at which a slope jumps between iterate and solution, so
+    that some runs need as many steps as there are such instants.
+    """
+    x, left = guess.copy(), np.arange(len(guess))
     if not problem.system.states:
-        return np.empty((len(A), 0, size))
-    x = guess.copy()
-    equations, p = _Equations(problem.system, problem.laws), Namespace(**problem.parameters)
+        return x
+    for _ in range(_NEWTON):
+        x[left], A[left], off = _improve(problem if len(left) == len(x) else problem.take(left), x[left], size)
+        left = left[~(off <= _CONVERGED)]
+        if not len(left):
+            return x
+    part = problem.take(left)
+    x[left] = integrate(part, (len(left), size))
+    A[left] = _differentiate_states(part, x[left])
+    return x
+
+
+def _improve(problem: Problem, x: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the states after a step of Newton's method, the derivatives, and the largest defects (n,) before it."""
+    equations, p, scales = _Equations(problem.system, problem.laws), Namespace(**problem.parameters), _scales(x)
     u, q = _ends(problem.inputs), _ends(problem.quantities)
     start = equations.start(cut(problem.inputs, slice(0, 1)), cut(problem.quantities, slice(0, 1)), p, (len(x), 1))
-    defect = np.empty((len(x), size, x.shape[1]))
-    correction = np.empty((len(x), size, x.shape[1]))
-    for _ in range(_NEWTON):
-        scales = _scales(x)
-        states = tuple(x[:, place, :-1] for place in range(x.shape[1]))
-        following = equations.advance(states, u, q, p, problem.h)
-        for place, state in enumerate(following):
-            defect[:, 1:, place] = state - x[:, place, 1:]
-            defect[:, :1, place] = start[place] - x[:, place, :1]
-        _fill_derivatives(equations, states, following, u, q, p, problem.h, scales, A)
-        accumulate(A, defect, correction)
-        x += correction.transpose(0, 2, 1)
-        for place, low in enumerate(problem.system.lowest):
-            np.maximum(x[:, place], low, out=x[:, place])
-        off = np.abs(defect / scales).max(axis=(1, 2))
-        if (off <= _CONVERGED).all():  # the next defect is of the order of its square
-            return x
-    rows = np.flatnonzero(~(off <= _CONVERGED))
-    part = problem.take(rows)
-    x[rows] = integrate(part, (len(rows), size))
-    derivatives = np.empty((len(rows), *A.shape[1:]))
-    _differentiate_states(part, tuple(x[rows, place] for place in range(x.shape[1])), _scales(x[rows]), derivatives)
-    A[rows] = derivatives
-    return x
+    defect, correction = (np.empty((len(x), size, x.shape[1])) for _ in range(2))
+    states = tuple(x[:, place, :-1] for place in range(x.shape[1]))
+    following = equations.advance(states, u, q, p, problem.h)
+    for place, state in enumerate(following):
+        defect[:, 1:, place] = state - x[:, place, 1:]
+        defect[:, :1, place] = start[place] - x[:, place, :1]
+    A = _fill_derivatives(equations, states, following, u, q, p, problem.h, scales)
+    accumulate(A, defect, correction)
+    better = x + correction.transpose(0, 2, 1)
+    for place, low in enumerate(problem.system.lowest):
+        np.maximum(better[:, place], low, out=better[:, place])
+    return better, A, np.abs(defect / scales).max(axis=(1, 2))
 
 
 def integrate(problem: Problem, shape: tuple[int, int]) -> np.ndarray:
@@ -380,24 +391,24 @@ def integrate(problem: Problem, shape: tuple[int, int]) -> np.ndarray:
     return np.ascontiguousarray(x.transpose(2, 1, 0))
 
 
-def _differentiate_states(problem: Problem, states: States, scales: np.ndarray, A: np.ndarray) -> None:
-    """Fill A (n, K - 1, d, d) about states (n, K)."""
-    if not states:
-        return
+def _differentiate_states(problem: Problem, x: np.ndarray) -> np.ndarray:
+    """Return A (n, K - 1, d, d) about states (n, d, K)."""
     equations, p = _Equations(problem.system, problem.laws), Namespace(**problem.parameters)
     u, q = _ends(problem.inputs), _ends(problem.quantities)
-    before = tuple(state[:, :-1] for state in states)
+    before = tuple(x[:, place, :-1] for place in range(x.shape[1]))
     following = equations.advance(before, u, q, p, problem.h)
-    _fill_derivatives(equations, before, following, u, q, p, problem.h, scales, A)
+    return _fill_derivatives(equations, before, following, u, q, p, problem.h, _scales(x))
 
 
 def _fill_derivatives(equations: _Equations, states: States, following: States, u: tuple[Values, Values],
-                      q: tuple[Values, Values], p: Namespace, h: Any, scales: np.ndarray, A: np.ndarray) -> None:
+                      q: tuple[Values, Values], p: Namespace, h: Any, scales: np.ndarray) -> np.ndarray:
+    A = np.empty((*np.shape(following[0]), len(scales), len(scales)))
     for place, scale in enumerate(scales):
         by = DIFFERENCE * scale
         moved = tuple(state + by if other == place else state for other, state in enumerate(states))
         for other, state in enumerate(equations.advance(moved, u, q, p, h)):
             A[:, :, other, place] = (state - following[other]) / by
+    return A
 
 
 def _differentiate(trajectory: Trajectory, kind: Kind, name: str, size: float) -> Direction:

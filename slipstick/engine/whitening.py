@@ -1,13 +1,13 @@
 """The filter that turns residuals, and columns of a linear model, into independent values of unit variance.
 
-The residual of an output contains the noise v of its sensor and, through the states x of a system and directly, the noise
-u of measured inputs, all first-order autoregressive:
+The residual of an output contains the noise v of its sensor and, through the states x of a system and directly, the
+noise u of measured inputs, all first-order autoregressive:
 
     y_t = C_t x_t + E_t u_t + v_t,   x_{t+1} = A_t x_t + F_t u_t,   x_0 = 0
 
 The innovations of its Kalman filter, divided by their standard deviations, are independent with unit variance: products
-of whitened columns are products under the inverse covariance of y (Durbin and Koopman, Time Series Analysis by State Space
-Methods, section 4.3). The outputs of an instant are taken one after the other, as their sensors are independent.
+of whitened columns are products under the inverse covariance of y (Durbin and Koopman, Time Series Analysis by State
+Space Methods, section 4.3). The outputs of an instant are taken one after the other, as their sensors are independent.
 """
 
 from collections.abc import Sequence
@@ -42,7 +42,8 @@ def whiten(columns: np.ndarray, counted: np.ndarray, sensors: Sequence[Noise], l
            carried: CarriedNoise | None = None) -> np.ndarray:
     """Return columns (n, c, o, k) after the filter, (n, c, o k): 0 at samples that are not `counted` (n, o, k).
 
-    The noise of a run has `loudness` (n, o) times the standard deviations of the `sensors`. Samples that are not counted are missing, not zero: the noise goes on over them.
+    The noise of a run has `loudness` (n, o) times the standard deviations of the `sensors`. Samples that are not
+    counted are missing, not zero: the noise goes on over them.
     """
     n, c, o, k = columns.shape
     out = np.zeros((n, c, o, k))
@@ -54,8 +55,8 @@ def whiten(columns: np.ndarray, counted: np.ndarray, sensors: Sequence[Noise], l
     else:
         input_std, input_rho = (np.array([getattr(each, name) for each in carried.inputs])
                                 for name in ("std", "correlation"))
-        _filter(columns, counted, std, rho, input_std * carried.loudness, input_rho, *(np.ascontiguousarray(values) for values in (
-            carried.A, carried.F, carried.C, carried.E)), out)
+        A, F, C, E = (np.ascontiguousarray(values) for values in (carried.A, carried.F, carried.C, carried.E))
+        _filter(columns, counted, std, rho, input_std * carried.loudness, input_rho, A, F, C, E, out)
     return out.reshape(n, c, o * k)
 
 

@@ -164,7 +164,8 @@ class Block:
         return function
 
     def output(self, function: Rate) -> Rate:
-        """Declare the signal that the block gives: `function(x, u, q, p)`, or a tuple; it is the first state without it."""
+        """Declare the signal that the block gives: `function(x, u, q, p)`, or a tuple; it is the first state without
+        it."""
         self.output_function = function
         return function
 
@@ -216,7 +217,8 @@ class Machine:
         if block.states and block.rate_function is None:
             raise InvalidValue(f"{place} has states and no rates", "Declare them with the decorator @block.rate")
         if not block.states and block.output_function is None:
-            raise InvalidValue(f"{place} has neither states nor an output", "Declare it with the decorator @block.output")
+            raise InvalidValue(f"{place} has neither states nor an output",
+                               "Declare it with the decorator @block.output")
         for name in (*block.lowest, *block.switches):
             if name not in block.states:
                 raise InvalidValue(f"{place} has no state '{name}'", f"Its states are: {', '.join(block.states)}")

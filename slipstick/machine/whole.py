@@ -17,13 +17,14 @@ def compose(machine: Machine, name: str = "whole") -> Machine:
     """
     givers = dict[str, Block]()
     for block in sorted(machine.blocks, key=lambda block: not block.states):
-        givers.setdefault(block.gives, block)
+        givers.setdefault(block.signals[0], block)
     blocks = sort_blocks(tuple(givers.values()))
     states = tuple(state for block in blocks for state in block.states)
     for state in states:
         if states.count(state) > 1:
-            raise InvalidValue(f"Two blocks of the machine '{machine.name}' have a state '{state}'", "Rename one of them")
-    given = tuple(block.gives for block in blocks)
+            raise InvalidValue(f"Two blocks of the machine '{machine.name}' have a state '{state}'",
+                               "Rename one of them")
+    given = tuple(block.signals[0] for block in blocks)
     reads = tuple(dict.fromkeys(name for block in blocks for name in block.reads if name not in given))
     whole = Block(
         name, gives=given, reads=reads, states=states,
@@ -50,10 +51,10 @@ def sort_blocks(blocks: tuple[Block, ...]) -> tuple[Block, ...]:
     """
     left, ordered = list(blocks), list[Block]()
     while left:
-        waiting = {block.gives for block in left}
+        waiting = {block.signals[0] for block in left}
         ready = [block for block in left if block.output_function is None or not waiting & set(block.reads)]
         if not ready:
-            loop = ", ".join(f"'{block.gives}'" for block in left)
+            loop = ", ".join(f"'{block.signals[0]}'" for block in left)
             raise InvalidValue(f"The signals {loop} form an algebraic loop: each is computed from another one of them",
                                "Give one of the blocks a state, such as a short lag")
         ordered += ready
@@ -67,7 +68,7 @@ def _name_signals(blocks: tuple[Block, ...], x: Any, u: Any, q: Any, p: Any) -> 
     for block in blocks:
         output = block.output_function
         value = output(x, known, q, p) if output else getattr(x, identifier_of(block.states[0]))
-        setattr(known, identifier_of(block.gives), value)
+        setattr(known, identifier_of(block.signals[0]), value)
     return known
 
 
@@ -97,7 +98,7 @@ def _join_starts(blocks: tuple[Block, ...]) -> Callable[[Any, Any, Any], Any]:
 def _join_windows(machine: Machine, given: tuple[str, ...]) -> Callable[[Any], Any]:
     """Return the samples of each signal that count in a block that gives it."""
     windows: Mapping[str, list[Callable[[Any], np.ndarray] | None]] = {
-        signal: [block.window for block in machine.blocks if block.gives == signal] for signal in given}
+        signal: [block.window for block in machine.blocks if signal in block.signals] for signal in given}
 
     def window(u: Any) -> tuple[Any, ...]:
         return tuple(True if None in own else np.any([each(u) for each in own if each is not None], axis=0)

@@ -27,10 +27,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipstick.blocks.whitening import BlockNoise
+from slipstick.engine.linear_model import REACH, Gram, estimate
 from slipstick.naming.block import Pair, SearchedBlock
 from slipstick.naming.curved_steps import DAMPING, Values, prior_of, scatter_of, squares_of, stepped
 from slipstick.naming.fit import BlockFit, reduced
-from slipstick.engine.linear_model import REACH, Gram, estimate
 from slipstick.naming.linear_model import gram_of, predict
 
 _LEAST = 1e-4**2

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipstick.blocks.whitening import BlockNoise, whitened
-from slipstick.naming.block import Pair, SearchedBlock
 from slipstick.engine.linear_model import Gram, marginalise, solve
+from slipstick.naming.block import Pair, SearchedBlock
 from slipstick.numerics.threads import mapped
 
 _OWN_DAMPINGS = (0.003, 0.0, 0.03, 0.3, 3.0)

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slipstick.engine.linear_model import Fitted, estimate, likelihood, solve
 from slipstick.naming.block import Pair
 from slipstick.naming.fit import BlockFit
-from slipstick.engine.linear_model import Fitted, estimate, likelihood, solve
 from slipstick.naming.linear_model import (
     Further,
     Joint,

@@ -11,8 +11,8 @@ from operator import attrgetter
 import numpy as np
 
 from slipstick.blocks.whitening import BlockNoise
-from slipstick.naming.block import Block, Laws, Pair, first_shared
 from slipstick.engine.linear_model import Fitted, estimate, marginalise
+from slipstick.naming.block import Block, Laws, Pair, first_shared
 from slipstick.naming.linear_model import Columns, Joint, Part, columns_of, joined, part_of, predict
 from slipstick.numerics.threads import mapped
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipstick.blocks.whitening import BlockNoise, whitened
-from slipstick.naming.block import Block, Laws, Pair
 from slipstick.engine.linear_model import Gram
+from slipstick.naming.block import Block, Laws, Pair
 from slipstick.numerics.threads import mapped
 
 LAW_PRECISION = 1 / 3**2

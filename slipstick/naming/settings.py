@@ -99,11 +99,15 @@ def digest_of(settings: Any, *packages: str) -> str:
     return hashed.hexdigest()
 
 
+def _is_text(node: Any) -> bool:
+    return (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+            and isinstance(node.value.value, str))
+
+
 def _code_of(source: str) -> str:
     """The syntax tree of a module, without comments and without expressions that are texts, such as docstrings."""
     tree = ast.parse(source)
     for node in ast.walk(tree):
         if isinstance(body := getattr(node, "body", None), list):
-            node.body = [each for each in body if not (  # type: ignore[attr-defined]
-                isinstance(each, ast.Expr) and isinstance(each.value, ast.Constant) and isinstance(each.value.value, str))]
+            node.body = [each for each in body if not _is_text(each)]  # type: ignore[attr-defined]
     return ast.dump(tree)

@@ -9,10 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from slipstick.engine.linear_model import estimate
 from slipstick.naming.block import Pair
 from slipstick.naming.curved import CurvedFit
 from slipstick.naming.fit import BlockFit
-from slipstick.engine.linear_model import estimate
 from slipstick.naming.linear_model import joined, part_of
 
 OF_FRICTION: Pair = ("contact pressure", "lag")

@@ -15,6 +15,7 @@ winding = Block("winding", gives="current", reads=("voltage", "speed"), states=(
 
 @winding.rate
 def change_current(x, u, q, p):
+    """Return the rate of the current in A/s."""
     induced = p.motor_constant * (1 + q.torque_constant) * u.speed
     lost = p.resistance_value * (1 + q.resistance) * x.current + q.brush_voltage
     return (u.voltage + q.voltage - lost - induced) / p.inductance
@@ -32,6 +33,7 @@ shaft = Block("shaft", gives="speed", reads=("current", "load torque"), states=(
 
 @shaft.rate
 def turn(x, u, q, p):
+    """Return the angular acceleration in rad/s^2, and the speed in rad/s."""
     driven = p.motor_constant * (1 + q.torque_constant) * u.current - q.friction_torque
     dry = p.dry_torque * (1 + q.dry_friction) + p.load_torque
     lost = p.viscous_coefficient * (1 + q.viscous_friction) * x.speed + x.speed_side * dry

@@ -22,11 +22,13 @@ tank_1 = Block("tank 1", gives="level 1", reads=("voltage",), states=("level 1",
 
 @tank_1.rate
 def fill_1(x, u, q, p):
+    """Return the rate of level 1 in m/s."""
     return (p.pump_gain * (u.voltage + q.voltage) * (1 + q.pump_flow) - drain_1(x.level_1, q, p) - q.leak_1) / p.area_1
 
 
 @tank_1.start
 def start_1(u, q, p):
+    """Return level 1 at the begin in m."""
     return p.start_1
 
 
@@ -39,12 +41,14 @@ tank_2 = Block("tank 2", gives="level 2", reads=("level 1",), states=("level 2",
 
 @tank_2.rate
 def fill_2(x, u, q, p):
+    """Return the rate of level 2 in m/s."""
     drained = p.outlet_2 * (1 + q.outflow_2) * np.sqrt(np.maximum(x.level_2, 0))
     return (drain_1(u.level_1, q, p) - drained - q.leak_2) / p.area_2
 
 
 @tank_2.start
 def start_2(u, q, p):
+    """Return level 2 at the begin in m."""
     return p.start_2
 
 

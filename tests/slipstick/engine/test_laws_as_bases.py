@@ -5,8 +5,11 @@ import pytest
 
 from slipstick.engine.bases import (
     COARSE,
+    DELAYS,
     MOST,
     OUTERMOST,
+    PLACES,
+    RELAXATIONS,
     TIMES,
     WALKS,
     WIDTHS,
@@ -17,6 +20,7 @@ from slipstick.engine.bases import (
     hats,
     lag,
     lags,
+    late,
     own_variable,
     past,
     place_knots,
@@ -89,8 +93,13 @@ def test_the_past_of_a_signal_is_what_plays_and_lags_take_from_it(fine: int) -> 
     signal = wander()
     variable = past("force", "N", signal, fine)
     basis = variable.basis(None, 300)
-    assert variable.families == (len(WIDTHS), len(TIMES))
-    assert basis.shape == (3, len(WIDTHS) + len(TIMES), 300)
+    assert variable.families[:2] == (len(WIDTHS), len(TIMES))
+    assert basis.shape == (3, sum(variable.families), 300)
+    excess = signal - lag(signal, fine * RELAXATIONS[1])
+    bend = len(WIDTHS) + len(TIMES) + len(PLACES) + 3  # the fourth place of the second time
+    np.testing.assert_allclose(basis[:, bend], np.maximum(excess - PLACES[3] * np.ptp(signal), 0), atol=1e-12)
+    still = past("force", "N", np.full((2, 50), 3.0), fine).basis(None, 50)
+    np.testing.assert_allclose(still, 0, atol=1e-12)  # what does not change has no past
     for place, width in enumerate(WIDTHS):
         exact = [np.subtract(played(row, width * np.ptp(signal)), row) for row in signal]
         np.testing.assert_allclose(basis[:, place], exact, atol=1e-10)
@@ -101,10 +110,23 @@ def test_the_past_of_a_signal_is_what_plays_and_lags_take_from_it(fine: int) -> 
 
 def test_lags_are_those_of_a_signal_or_of_what_a_part_gives() -> None:
     signal = wander()
-    given, own = lags("force", signal, 2), lags("force", None, 2)
-    assert given.families == (len(TIMES),)
-    np.testing.assert_array_equal(given.basis(None, 300), own.basis(signal, 300))
-    np.testing.assert_allclose(given.basis(None, 300)[:, 3], lag(signal, 2 * TIMES[3]) - signal, atol=1e-12)
+    given, own = lags("force", signal, 2, 3.0), lags("force", None, 2, 3.0)
+    assert given.families[:2] == (len(DELAYS), len(TIMES))
+    basis = given.basis(None, 300)
+    np.testing.assert_array_equal(basis, own.basis(signal, 300))
+    np.testing.assert_allclose(basis[:, len(DELAYS) + 3], lag(signal, 2 * TIMES[3]) - signal, atol=1e-12)
+    late_by_4 = np.pad(signal, ((0, 0), (4, 0)), mode="edge")[:, :300]
+    np.testing.assert_allclose(late(signal, 2 * DELAYS[2], 1), basis[:, 2] + signal, atol=1e-12)
+    np.testing.assert_allclose(late(signal, 4.0, 1), late_by_4, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["lags", "past", "curve", "between"])
+def test_a_law_is_its_weighted_basis(kind: str) -> None:
+    signal = wander()
+    variable = {"lags": lags("force", signal, 2, 3.0), "past": past("force", "N", signal, 2),
+                "curve": curve("force", "N", signal), "between": curve("day", "", np.arange(3.0))}[kind]
+    c = np.random.default_rng(8).standard_normal(len(variable.knots))
+    np.testing.assert_allclose(variable.weigh(c, 300), np.einsum("m,nmk->nk", c, variable.basis(None, 300)), atol=1e-9)
 
 
 def bent_covariance(count: int) -> np.ndarray:
@@ -225,7 +247,7 @@ def test_a_law_over_a_switching_state_may_jump_at_0() -> None:
     x = np.array([[-1.5, -1e-13, 0.0, 1e-13, 2.5]])
     law = np.einsum("m,nmk->nk", coefficients, variable.basis(x, 5))
     np.testing.assert_allclose(law, [[-2.5, -1, 0.5, 2, 4.5]], atol=1e-7)
-    inside = OwnLaw("pull", "speed", variable.knots, coefficients, 0).at(x, np.sign(x))
+    inside = OwnLaw("quantity", "pull", "speed", variable.knots, coefficients, 0).at(x, np.sign(x))
     np.testing.assert_allclose(inside, law, atol=1e-12)  # as in the equations
     assert own_variable("speed", "m/s", np.linspace(0, 3, 2000)[None], jumps=True).knots[1] > 0.01  # never below 0
     levels = own_variable("speed", "m/s", np.array([[-2.0, 0.0, 3.0], [-2.0, 1e-4, 3.0]]), jumps=True)
@@ -246,6 +268,6 @@ def test_a_coarse_law_keeps_the_ends_and_the_jump(jumps: bool) -> None:
 
 
 @pytest.mark.parametrize("variable", [curve("load", "N", np.arange(40.0)), curve("level", "", np.eye(4)),
-                                      lags("force", None, 1)], ids=lambda variable: variable.name)
+                                      lags("force", None, 1, 3.0)], ids=lambda variable: variable.name)
 def test_what_has_few_knots_or_no_curve_is_coarse(variable: Variable) -> None:
     assert variable.coarse() is variable

@@ -322,7 +322,8 @@ def test_a_law_over_an_own_variable_is_that_written_in_the_equations(variable: s
 
     written = replace(SPRING, rate=lambda x, u, q, p: spring_rate(x, u, add(x, u, q, p), p),
                       output=lambda x, u, q, p: spring_output(x, u, add(x, u, q, p), p))
-    laws = OwnLaw(quantity, variable, KNOTS, values), OwnLaw(quantity, "s", np.array([0.0, 1.0]), more)
+    laws = (OwnLaw("quantity", quantity, variable, KNOTS, values),
+            OwnLaw("quantity", quantity, "s", np.array([0.0, 1.0]), more))
     solved, exact, without = solve(pose_spring(laws=laws)), solve(pose_spring(system=written)), solve(pose_spring())
     assert np.abs(exact.outputs - without.outputs).max() > 0.05
     np.testing.assert_allclose(solved.x, exact.x, atol=1e-12)
@@ -335,7 +336,7 @@ def test_a_law_that_jumps_at_a_surface_is_dry_friction() -> None:
     """Where the law is all friction that there is, it holds and lets go as the parameter does."""
     edge = EDGE * 8
     knots, values = np.array([-4.0, -edge, edge, 4.0]), np.array([-1.4, -DRY, DRY, 1.4])
-    law = OwnLaw("pull", "v", knots, values, 0)
+    law = OwnLaw("quantity", "pull", "v", knots, values, 0)
     viscous = VISCOUS + 0.1
     usual = pose_slide(1.7)
     exact = solve(replace(usual, parameters={**usual.parameters, "viscous": np.full((1, 1), viscous)}))
@@ -349,7 +350,7 @@ def test_a_law_that_jumps_at_a_surface_is_dry_friction() -> None:
 @pytest.mark.parametrize(("side", "law"), [(1, 2.0), (-1, -3.0), (0, -0.5)])
 def test_a_law_with_a_jump_is_read_on_a_side(side: int, law: float) -> None:
     edge = EDGE * 2
-    jumping = OwnLaw("pull", "v", np.array([-1.0, -edge, edge, 1.0]), np.array([-3.0, -3.0, 2.0, 2.0]), 0)
+    jumping = OwnLaw("quantity", "pull", "v", np.array([-1.0, -edge, edge, 1.0]), np.array([-3.0, -3.0, 2.0, 2.0]), 0)
     assert jumping.at(np.zeros(1), np.array([side])) == pytest.approx([law])
     smooth = replace(jumping, place=None)
     assert smooth.at(np.array([-0.5, 0.5]), None) == pytest.approx([-3, 2])
@@ -376,7 +377,7 @@ def differences(problem: Problem, kind: Kind, name: str, basis: np.ndarray, by: 
                     axis=1)
 
 
-SPRING_LAWS = (OwnLaw("pull", "s", KNOTS, np.array([0.3, -0.4, 0.5, 0.1])),)
+SPRING_LAWS = (OwnLaw("quantity", "pull", "s", KNOTS, np.array([0.3, -0.4, 0.5, 0.1])),)
 DIRECTIONS: list[tuple[str, Callable[[], Problem], Kind, str]] = [
     *((f"spring {name}", pose_spring, kind, name) for kind, name in (
         ("quantity", "gain"), ("quantity", "pull"), ("quantity", "offset"), ("input", "force"),
@@ -419,7 +420,7 @@ def test_a_part_without_states_has_outputs_and_direct_responses() -> None:
                     {"square": lambda x, u, p: p.gain * u.a**2})
     a = np.random.default_rng(5).uniform(0.5, 2, (2, 30))
     gain, knots, values = np.array([[2.0], [3.0]]), np.array([0.0, 4.0, 20.0]), np.array([1.0, 2.0, -1.0])
-    law = OwnLaw("shift", "square", knots, values)
+    law = OwnLaw("quantity", "shift", "square", knots, values)
     problem = Problem(system, 0.1, {"a": a}, {"shift": 0.7}, {"gain": gain}, (law,))
     shift = 0.7 + np.interp(gain * a**2, knots, values)
     for guess in (None, np.empty((2, 0, 30))):

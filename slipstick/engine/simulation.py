@@ -1,0 +1,85 @@
+"""The simulation of a whole machine from its commands and conditions, with laws that were measured of it."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from slipstick.engine.measured_law import Law
+from slipstick.engine.trajectory import OwnLaw, Problem, integrate, solve
+from slipstick.errors import InvalidValue
+from slipstick.machine.declaration import SENSOR, Machine, identifier_of
+from slipstick.machine.runs import Profile
+from slipstick.machine.system import system_of
+from slipstick.machine.whole import compose
+
+
+def simulate(machine: Machine, time: np.ndarray, commands: Mapping[str, Profile],
+             values: Mapping[str, float | np.ndarray], laws: Sequence[Law] = (), fine: int = 4) -> dict[str,
+             np.ndarray]:
+    """Return the signals (n, k) of a machine at equidistant instants `time` (k,) in s, for n runs.
+
+    `values` are the parameters and the conditions by name, numbers or (n,). The equations are integrated with `fine`
+    steps between two instants. Raises `InvalidValue` for a value that is missing, and for a law over something that a
+    simulation does not have.
+    """
+    block = compose(machine).blocks[0]
+    system, count = system_of(block), len(next(iter(commands.values())).time) if commands else 1
+    instants = np.linspace(time[0], time[-1], fine * (len(time) - 1) + 1)
+    inputs = {identifier_of(name): profile.at(instants) for name, profile in commands.items() if name in block.reads}
+    inputs.setdefault("time", np.broadcast_to(instants, (count, len(instants))))
+    names = [*(each.name for each in block.parameters),
+             *(each.name for each in machine.conditions if each.name in block.reads)]
+    known = {name: np.reshape(_value_of(machine, name, values), (-1, 1)) for name in names}
+    parameters = {identifier_of(name): np.broadcast_to(value, (count, 1)) for name, value in known.items()}
+    quantities: dict[str, float | np.ndarray] = {identifier_of(each.name): 0.0 for each in block.quantities}
+    inner = list[OwnLaw]()
+    for law in laws:
+        quantity, on = identifier_of(law.pair[0]), law.pair[1]
+        if law.pair[0].endswith(SENSOR):
+            continue  # an error of a sensor changes nothing of the machine
+        if on in system.own:
+            place = block.states.index(on) if law.jumps else None
+            inner.append(OwnLaw("quantity", quantity, on, law.x, law.change, place))
+        else:
+            quantities[quantity] = quantities[quantity] + _evaluate(law, commands, values, instants)
+    problem = Problem(system, float(instants[1] - instants[0]), inputs, quantities, parameters, tuple(inner))
+    track = integrate(problem, (count, len(instants)))
+    outputs = solve(problem, track).outputs[:, :, ::fine]
+    return {name: outputs[:, place] for place, name in enumerate(block.signals)}
+
+
+def _value_of(machine: Machine, name: str, values: Mapping[str, float | np.ndarray]) -> float | np.ndarray:
+    declared = {each.name: each.value for each in machine.parameters}
+    value = values.get(name, declared.get(name))
+    if value is None:
+        raise InvalidValue(f"'{name}' of the machine '{machine.name}' has no value", "Give it among the values")
+    return value
+
+
+def _evaluate(law: Law, commands: Mapping[str, Profile], values: Mapping[str, float | np.ndarray],
+              instants: np.ndarray) -> np.ndarray:
+    """Return a law (n, K), or (n, 1) over what is constant in a run."""
+    on = law.pair[1]
+    if law.kind == "past" and on.removeprefix("past ") in commands:
+        variable = law.variable
+        return variable.weigh(law.change, len(instants), commands[on.removeprefix("past ")].at(instants))
+    if on in commands:
+        return law.at(commands[on].at(instants))
+    if on == "time":
+        return law.at(instants - instants[0])[None]
+    if on in values:
+        return law.at(np.reshape(values[on], (-1, 1)))
+    raise InvalidValue(f"The law of '{law.pair[0]}' depends on '{on}', which the simulation does not have",
+                       "Give it among the values, if it is constant in a run")
+
+
+def find_time(time: np.ndarray, signal: np.ndarray, level: float) -> np.ndarray:
+    """Return when signals (n, k) first cross a `level`, (n,) in s, linear between samples; NaN where they do not."""
+    above = signal >= level
+    crossed = above[:, 1:] != above[:, :-1]
+    first = np.argmax(crossed, axis=1)
+    rows = np.arange(len(signal))
+    before, after = signal[rows, first], signal[rows, first + 1]
+    share = (level - before) / np.where(after == before, 1.0, after - before)
+    at = time[first] + share * (time[first + 1] - time[first])
+    return np.where(crossed.any(axis=1), at, np.nan)

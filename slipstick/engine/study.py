@@ -1,0 +1,220 @@
+"""A study of a declared machine: what recordings ask for, confirmed in the simulation of the whole machine.
+
+The whole machine is one part with the equations of all blocks, driven by commands and conditions alone. It is fitted
+without the findings, with them, and with a control: a law that the recordings did not ask for. What a law explains is
+told by runs that it was not fitted to: their coefficients are those of all others.
+"""
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slipstick.engine.evidence import agree, expect, hold_out, screen
+from slipstick.engine.fit import Fit, Prior, fit, join
+from slipstick.engine.laws import Candidate, list_candidates
+from slipstick.engine.linear_model import solve
+from slipstick.engine.measured_law import Law, measure
+from slipstick.engine.model import State
+from slipstick.engine.recordings import Pair, Recorded, prepare
+from slipstick.engine.selection import Finding, Identification, Log, fit_bare, identify
+from slipstick.engine.settings import EngineSettings
+from slipstick.engine.simulation import simulate
+from slipstick.machine.declaration import Machine
+from slipstick.machine.runs import Profile, Runs
+from slipstick.machine.whole import compose
+
+
+@dataclass(frozen=True, eq=False)
+class Gap:
+    """What the simulation leaves of the runs beyond noise, in whitened squares: with laws from other runs.
+
+    `without` and `beside` are excesses over the number of samples, without laws and with them; `closed` is the share
+    that the laws explain, by runs (n,) whose own squares did not enter them.
+    """
+
+    without: float
+    beside: float
+
+    @property
+    def closed(self) -> float:
+        """Share of the excess that the laws close."""
+        return 1 - self.beside / self.without if self.without > 0 else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Confirmation:
+    """The simulation of the whole machine with the laws: `nats` more in log marginal likelihood, `errors` of agreement.
+
+    `law` is the last finding's by this fit; `gap` is closed by all findings, `control_gap` by the law `control`.
+    """
+
+    nats: float
+    errors: float
+    laws: tuple[Law, ...]
+    gap: Gap
+    control: Pair
+    control_gap: Gap
+    fit: Fit
+
+
+@dataclass(frozen=True)
+class ParameterEstimate:
+    """The mean over the runs of a parameter, its standard error, and its scatter between runs, in its unit.
+
+    It is `known` where the recordings have told more than what was known before, and `beyond` where the mean is outside
+    of three standard deviations of that, or the scatter above the declared one.
+    """
+
+    name: str
+    mean: float
+    error: float
+    scatter: float
+    known: bool
+    beyond: bool
+
+
+@dataclass(frozen=True, eq=False)
+class MachineStudy:
+    """What recordings of a machine ask for, the measured `laws`, and how the whole machine confirms them.
+
+    `confirmation` is missing where nothing was found, or only errors of sensors that nothing else reads.
+    """
+
+    machine: Machine
+    identification: Identification
+    laws: tuple[Law, ...]
+    parameters: tuple[ParameterEstimate, ...]
+    confirmation: Confirmation | None
+    seconds: float
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """The findings, the first one first."""
+        return self.identification.findings
+
+    def simulate(self, time: np.ndarray, commands: Mapping[str, Profile],
+                 values: Mapping[str, float | np.ndarray]) -> dict[str, np.ndarray]:
+        """Return the signals (n, k) of the machine that is extended by the laws, at estimated parameters.
+
+        `values` are conditions, and parameters that are to be others.
+        """
+        estimated = {each.name: each.mean for each in self.parameters}
+        return simulate(self.machine, time, commands, {**estimated, **values}, self.laws)
+
+
+def study(machine: Machine, runs: Runs, values: Mapping[str, float] | None = None,
+          settings: EngineSettings | None = None, log: Log = lambda _: None) -> MachineStudy:
+    """Find what `runs` ask for beside a machine with nominal `values`, and confirm it in the whole machine."""
+    began, settings = time.perf_counter(), settings or EngineSettings()
+    named = identify(prepare(machine, runs, values), settings, log)
+    laws = tuple(measure(each, finding.pair) for finding in named.findings for each in named.fits
+                 if finding.pair in each.laws)
+    confirmation = _confirm(machine, runs, values, named, log) if named.findings else None
+    return MachineStudy(machine, named, laws, estimate_parameters(join(named.fits)), confirmation,
+                        time.perf_counter() - began)
+
+
+def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:
+    """Return the estimates of the parameters of a fit, in their units."""
+    estimates, recorded = list[ParameterEstimate](), fit.recorded
+    terms = (*recorded.random, *recorded.shared)
+    scatter = np.append(np.sqrt(fit.fitted.variance), np.zeros(len(recorded.shared)))
+    for place, term in enumerate(terms):
+        declared = {each.name: each for each in recorded.machine.parameters}.get(term.name)
+        if declared is None:
+            continue
+        nominal = next(part.parameters[term.place] for part in recorded.parts if term.place in part.parameters).mean()
+        mean, error = fit.fitted.coefficients[place], np.sqrt(fit.fitted.covariance[place, place])
+        is_beyond = (abs(mean - term.target) > 3 * declared.within
+                     or scatter[place] > 1.01 * max(declared.scatter, 1e-12))
+        estimates.append(ParameterEstimate(
+            term.name, float(nominal + term.size * mean), float(term.size * error), float(term.size * scatter[place]),
+            bool(error < 0.7 * term.std), bool(is_beyond and scatter[place] + abs(mean) > 0)))
+    return tuple(estimates)
+
+
+def _confirm(machine: Machine, runs: Runs, values: Mapping[str, float] | None, named: Identification,
+             log: Log) -> Confirmation:
+    blocks = join(named.fits)
+    whole = prepare(compose(machine), runs, values).take(blocks.recorded.rows)
+    noise = {signal: part.sensors[place] for part in blocks.recorded.parts for place, signal in enumerate(part.signals)}
+    loud = {signal: part.loudness[:, place] for part in blocks.recorded.parts
+            for place, signal in enumerate(part.signals)}
+    part = whole.parts[0]
+    part = replace(part, sensors=tuple(noise[name] for name in part.signals),
+                   loudness=np.stack([loud[name] for name in part.signals], axis=1))
+    whole = replace(whole, parts=(part,), signals=blocks.recorded.signals)
+    start, variance = _begin_whole(whole, blocks)
+    bare = fit_bare(whole, start, variance)
+    log(f"whole without laws: chi-square {_medians(bare)}, {'' if bare.converged else 'not converged'}")
+    candidates = {each.pair: each for each in list_candidates(whole, {part.name: bare.models[part.name].own()})}
+    laws = {pair: _with_knots(candidates[pair], law) for pair, law in blocks.laws.items() if pair in candidates}
+    estimated = replace(start, laws={**bare.state.laws, **{pair: blocks.state.laws[pair] for pair in laws}})
+    priors = {pair: blocks.priors[pair] for pair in laws}
+    # From the optimum without the laws, and from what the blocks have estimated: the better one.
+    with_laws = max((_fit_with(bare, laws, priors, state) for state in (estimated, bare.state)),
+                    key=lambda each: each.evidence)
+    log(f"whole with laws: {with_laws.evidence - bare.evidence:.1f} nats, chi-square {_medians(with_laws)}")
+    gains = hold_out(with_laws) - hold_out(bare)
+    expected = np.sqrt(sum(expect(with_laws, law) ** 2 for law in laws.values()))
+    control = _choose_control(bare, list(candidates.values()), named.findings)
+    with_control = _fit_with(bare, {control.candidate.pair: control.candidate}, {control.candidate.pair: control.prior},
+                             bare.state)
+    return Confirmation(with_laws.evidence - bare.evidence, agree(gains, expected),
+                        tuple(measure(with_laws, pair) for pair in laws), _measure_gap(bare, with_laws),
+                        control.candidate.pair, _measure_gap(bare, with_control), with_laws)
+
+
+def _medians(fit: Fit) -> list[float]:
+    return [round(float(np.median(chi)), 3) for chi in fit.chi_square.values()]
+
+
+def _begin_whole(whole: Recorded, blocks: Fit) -> tuple[State, np.ndarray]:
+    """Return the state of the whole machine with what the blocks have estimated, and the variances."""
+    random = {term.name: place for place, term in enumerate(blocks.recorded.random)}
+    shared = {term.name.partition(" in ")[0]: value
+              for term, value in zip(blocks.recorded.shared, blocks.state.shared, strict=True)}
+    places = [random[term.name] for term in whole.random]
+    values = np.array([shared.get(term.name.partition(" in ")[0], term.target) for term in whole.shared])
+    state = State(blocks.state.points[:, places], blocks.state.means[places], values, {})
+    return state, blocks.fitted.variance[places]
+
+
+def _with_knots(candidate: Candidate, law: Candidate) -> Candidate:
+    """Return the candidate of the whole machine with the knots of the blocks' law."""
+    first = law.variable
+    return replace(candidate, variables={name: replace(variable, knots=first.knots, jumps=first.jumps)
+                                         for name, variable in candidate.variables.items()})
+
+
+def _fit_with(bare: Fit, laws: Mapping[Pair, Candidate], priors: Mapping[Pair, Prior], state: State) -> Fit:
+    return fit(bare.recorded, {**bare.laws, **laws}, {**bare.priors, **priors}, state, bare.fitted.variance)
+
+
+def _choose_control(bare: Fit, candidates: Sequence[Candidate], findings: Sequence[Finding]):  # type: ignore[no-untyped-def]
+    """Return the candidate of other quantities that gains as much as half of them: a wrong law, chosen blindly."""
+    named = {pair for finding in findings for pair in (finding.pair, *finding.rivals)}
+    quantities = {pair[0] for pair in named}
+    screened = screen(bare, [each for each in candidates if each.pair[0] not in quantities])
+    return screened[len(screened) // 2]
+
+
+def _measure_gap(bare: Fit, beside: Fit) -> Gap:
+    return Gap(_excess(bare), _excess(beside))
+
+
+def _excess(fit: Fit) -> float:
+    """Return whitened squares beyond the number of samples, of all runs with coefficients from the other runs."""
+    gram, fitted = fit.fitted.gram, fit.fitted
+    total, squares, random = fitted.marginal.sum(axis=0), 0.0, gram.random
+    spread = fitted.spread
+    for i in range(len(fitted.marginal)):
+        c = solve(gram, total - fitted.marginal[i]).coefficients
+        pull = gram.products[i, :random, -1] - gram.products[i, :random, :-1] @ c
+        left = np.append(-c, 1.0)
+        left[:random] -= spread[i] @ pull
+        squares += float(left @ gram.products[i] @ left)
+    counted = sum(model.part.counted.sum() for model in fit.models.values())
+    return squares - float(counted)
