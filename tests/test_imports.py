@@ -81,13 +81,13 @@ MAY_IMPORT = {
                            "slipstick.time_budget slipstick.uncertainty",
     # The engine knows no machine, and a machine no engine.
     "slipstick.machine": "numpy h5py slipstick.errors",
-    "slipstick.engine": "numpy scipy numba slipstick.errors slipstick.numerics slipstick.machine",
+    "slipstick.engine": "numpy scipy numba slipstick.errors slipstick.machine",
     "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.numerics slipstick.bench slipstick.blocks "
                         "slipstick.engine.linear_model "
                         "slipstick.clutch slipstick.recordings",
     "slipstick.confirmation": "numpy scipy numba slipstick.errors slipstick.numerics slipstick.bench "
-                              "slipstick.blocks.whitening slipstick.clutch slipstick.engine.linear_model slipstick.naming "
-                              "slipstick.recordings",
+                              "slipstick.blocks.whitening slipstick.clutch slipstick.engine.linear_model "
+                              "slipstick.naming slipstick.recordings",
     "slipstick.studies": "numpy scipy slipstick.errors slipstick.numerics slipstick.bench slipstick.clutch "
                        "slipstick.confirmation slipstick.naming slipstick.plausibility.mismatch slipstick.recordings "
                        "slipstick.time_budget",

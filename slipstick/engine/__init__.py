@@ -1,4 +1,4 @@
-"""Which laws the recordings of any declared machine ask for: one engine of laws, mixed model, evidence and selection."""
+"""Which laws the recordings of any declared machine ask for: laws, mixed model, evidence and selection."""
 
 from slipstick.engine.measured_law import Law
 from slipstick.engine.recordings import Recorded, prepare

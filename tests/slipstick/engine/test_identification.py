@@ -1,0 +1,191 @@
+"""Identification on a vessel that drains, simulated by scipy: what is missing is named, and nothing else."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from slipstick.engine.evidence import agree, hold_out
+from slipstick.engine.fit import Prior, fit, join
+from slipstick.engine.laws import list_candidates
+from slipstick.engine.linear_model import solve
+from slipstick.engine.measured_law import measure
+from slipstick.engine.recordings import Recorded, prepare
+from slipstick.engine.selection import Identification, identify, settle
+from slipstick.engine.settings import EngineSettings
+from slipstick.engine.simulation import find_time, simulate
+from slipstick.engine.study import study
+from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Runs, Sensor
+from slipstick.machine.whole import compose
+
+RUNS, TIME, NOISE = 24, np.linspace(0, 100, 201), 0.004
+INFLOW, OUTLET, AREA = 1e-3, 8e-3, 0.05
+
+
+def declare() -> Machine:
+    vessel = Block("vessel", gives="level", reads=("command",), states=("level",), lowest={"level": 0.0},
+                   parameters=(Parameter("inflow", value=INFLOW), Parameter("outlet", value=OUTLET),
+                               Parameter("start", first_of="level", scale=0.01, scatter=2.0, within=2.0)),
+                   quantities=(Quantity("leak", "m^3/s", size=1e-3), Quantity("outflow", relative=True)))
+    vessel.rate(lambda x, u, q, p: (p.inflow * u.command - p.outlet * (1 + q.outflow) * np.sqrt(np.maximum(x.level, 0))
+                                    - q.leak) / AREA)
+    vessel.start(lambda u, q, p: p.start)
+    return Machine("vessel", (vessel,), (Sensor("level", "m"),), commands=(Command("command", "V"),))
+
+
+def leak_of(level: float) -> float:
+    """What leaves around a level of 0.45 m, in m^3/s: no error of the sensor looks like it."""
+    return float(4e-4 * np.exp(-((level - 0.45) / 0.06) ** 2))
+
+
+def record(leaks: np.ndarray, noise: np.ndarray, seed: int = 3) -> Runs:
+    """Runs with a share (n,) of the leak, and a factor (n,) of the noise."""
+    rng = np.random.default_rng(seed)
+    corners, values = np.tile([0.0, 30, 35, 65, 70, 100], (RUNS, 1)), rng.uniform(2, 9, (RUNS, 6))
+    levels = np.empty((RUNS, len(TIME)))
+    for i in range(RUNS):
+        inflow, outlet = INFLOW * rng.normal(1.03, 0.01), OUTLET * rng.normal(0.98, 0.01)
+
+        def rate(t: float, x: np.ndarray, i: int = i, inflow: float = inflow, outlet: float = outlet) -> list[float]:
+            level = max(x[0], 0.0)
+            return [(inflow * np.interp(t, corners[i], values[i]) - outlet * np.sqrt(level)
+                     - leaks[i] * leak_of(level)) / AREA]
+
+        solved = solve_ivp(rate, (0, 100), [rng.uniform(0.2, 0.5)], t_eval=TIME, max_step=1.0, rtol=1e-8, atol=1e-10)
+        levels[i] = solved.y[0]
+    levels += NOISE * noise[:, None] * rng.standard_normal(levels.shape)
+    order = rng.permutation(RUNS).astype(float)
+    return Runs(TIME, {"level": levels}, {"command": Profile(corners, values)}, order=order)
+
+
+ONES = np.ones(RUNS)
+
+
+@pytest.fixture(scope="module")
+def leaking() -> Identification:
+    return identify(prepare(declare(), record(ONES, ONES)))
+
+
+@pytest.fixture(scope="module")
+def tight() -> Recorded:
+    return prepare(declare(), record(0 * ONES, ONES))
+
+
+def test_a_leak_over_the_level_is_named_first_and_alone(leaking: Identification) -> None:
+    assert len(leaking.findings) == 1
+    finding = leaking.findings[0]
+    assert ("leak", "level") in (finding.pair, *finding.rivals)  # an outlet that depends on the level is the same
+    assert finding.nats > 50
+    assert not leaking.unexplained
+
+
+def test_the_measured_law_is_the_hidden_one_up_to_what_parameters_replace(leaking: Identification) -> None:
+    law = measure(leaking.fits[0], leaking.findings[0].pair)
+    inner = (law.x > 0.3) & (law.x < np.quantile(law.x, 0.8))
+    share = np.sqrt(law.x) * OUTLET if law.pair[0] == "outflow" else 1.0
+    hidden = np.array([leak_of(level) for level in law.x])
+    # Parameters of inflow and outlet replace a constant and a square root.
+    free = np.column_stack([np.ones(inner.sum()), np.sqrt(law.x[inner])])
+    off = (law.change * share - hidden)[inner]
+    off -= free @ np.linalg.lstsq(free, off, rcond=None)[0]
+    assert np.sqrt(np.mean(off**2)) < 0.15 * np.ptp(hidden)
+
+
+def test_nothing_is_named_where_nothing_is_missing(tight: Recorded) -> None:
+    answer = identify(tight)
+    assert not answer.findings
+    assert not answer.unexplained
+    assert not answer.set_aside
+
+
+def test_loud_runs_stay_and_bad_runs_are_set_aside() -> None:
+    runs = record(0 * ONES, np.where(np.arange(RUNS) % 2 == 0, 2.0, 1.0))
+    runs.signals["level"][5, 60:] += 0.3
+    answer = identify(prepare(declare(), runs))
+    assert answer.set_aside == (5,)
+    assert not answer.findings
+    loudness = answer.fits[0].recorded.parts[0].loudness[:, 0]
+    rows = answer.fits[0].recorded.rows
+    assert np.median(loudness[rows % 2 == 0]) / np.median(loudness[rows % 2 == 1]) == pytest.approx(2, rel=0.15)
+
+
+def test_held_out_densities_are_those_of_fits_without_the_run(leaking: Identification) -> None:
+    """At fixed variances and linearisation: the density of all, less that of all others."""
+    fitted = leaking.fits[0].fitted
+    gram, total = fitted.gram, fitted.marginal.sum(axis=0)
+
+    def density(products: np.ndarray, logdet: float) -> float:
+        solved = solve(gram, products)
+        left = np.append(-solved.coefficients, 1.0)
+        off = solved.coefficients - gram.target
+        return float(-0.5 * (left @ products @ left + gram.precision @ off**2 + logdet
+                             - np.linalg.slogdet(solved.covariance)[1]))
+
+    exact = [density(total, fitted.logdet.sum()) - density(total - own, fitted.logdet.sum() - logdet)
+             for own, logdet in zip(fitted.marginal, fitted.logdet, strict=True)]
+    np.testing.assert_allclose(hold_out(leaking.fits[0]), exact, rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize(("gains", "expected", "agrees"), [
+    (np.full(40, 2.0), np.full(40, 2.0), True), (np.r_[1000.0, np.full(39, -0.1)], np.full(40, 2.0), False),
+    (np.r_[np.full(4, 8.0), np.zeros(36)], np.r_[np.full(4, 4.0), np.full(36, 0.01)], True),
+    (np.r_[-8.0, 8.0, -8.0, 8.0, np.zeros(36)], np.r_[np.full(4, 4.0), np.full(36, 0.01)], False)])
+def test_runs_agree_where_the_law_acts(gains: np.ndarray, expected: np.ndarray, agrees: bool) -> None:
+    noisy = gains + 0.2 * np.random.default_rng(1).standard_normal(len(gains))
+    assert (agree(noisy, expected) > EngineSettings().errors) == agrees
+
+
+def test_a_law_of_no_size_changes_nothing(tight: Recorded) -> None:
+    bare = settle(tight, EngineSettings())[0]
+    assert join([bare]) is bare
+    own = {part.name: bare.models[part.name].own() for part in bare.recorded.parts}
+    candidate = next(each for each in list_candidates(bare.recorded, own) if each.pair == ("leak", "level"))
+    kept = Prior(amplitude=1e-9, length=5.0)  # priors of curves do not change
+    nested = fit(bare.recorded, {candidate.pair: candidate}, {candidate.pair: kept}, bare.state, bare.fitted.variance)
+    assert nested.evidence == pytest.approx(bare.evidence, abs=0.3)
+
+
+def test_the_whole_machine_confirms_the_law_and_not_the_control() -> None:
+    result = study(declare(), record(ONES, ONES))
+    confirmation = result.confirmation
+    assert confirmation is not None
+    assert confirmation.gap.without > 500
+    assert confirmation.gap.closed > 0.9
+    assert confirmation.control_gap.closed < 0.3
+    inflow = next(each for each in result.parameters if each.name == "inflow")
+    assert abs(inflow.mean - 1.03 * INFLOW) < 4 * inflow.error + 0.02 * INFLOW
+
+
+def test_the_extended_machine_simulates_with_its_laws() -> None:
+    runs = record(ONES, 0 * ONES)
+    result = study(declare(), record(ONES, ONES))
+    start = runs.signals["level"][:, 0]
+    plain = simulate(result.machine, TIME, runs.commands,
+                     {"inflow": 1.03 * INFLOW, "outlet": 0.98 * OUTLET, "start": start})["level"]
+    extended = result.simulate(TIME, runs.commands, {"start": start})["level"]
+    off = [float(np.sqrt(np.mean((signal - runs.signals["level"]) ** 2))) for signal in (plain, extended)]
+    assert off[1] < 0.7 * off[0]  # the scatter between runs is left
+
+
+def test_times_of_crossings_are_linear_between_samples() -> None:
+    signals = np.array([[0.0, 1.0, 3.0, 0.0], [0.0, 0.0, 1.0, 1.0], [5.0, 1.0, 1.0, 1.0]])
+    np.testing.assert_allclose(find_time(np.arange(4.0), signals, 2.0), [1.5, np.nan, 0.75])
+
+
+def test_the_whole_of_one_block_is_that_block() -> None:
+    whole = compose(declare()).blocks[0]
+    assert whole.signals == ("level",)
+    assert whole.states == ("level",)
+
+
+def test_a_second_process_compiles_nothing() -> None:
+    """Declared functions are never compiled, and the engine's own kernels are kept from process to process."""
+    code = ("import numba.core.dispatcher as d, sys; compiled = []; original = d.Dispatcher.compile;\n"
+            "import slipstick.engine.bases as bases, numpy as np\n"
+            "bases.hats(np.zeros((1, 5)), np.arange(3.0)); bases.lag(np.zeros((1, 5)), 2.0)\n"
+            "print(sum(sum(s.cache_misses.values()) for s in (bases._fill_hats.stats, bases.weigh_lags.stats)))")
+    counts = [int(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout)
+              for _ in range(2)]
+    assert counts[1] == 0
