@@ -127,11 +127,10 @@ def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:
             continue
         nominal = next(part.parameters[term.place] for part in recorded.parts if term.place in part.parameters).mean()
         mean, error = fit.fitted.coefficients[place], np.sqrt(fit.fitted.covariance[place, place])
-        is_beyond = (abs(mean - term.target) > 3 * declared.within
-                     or scatter[place] > 1.01 * max(declared.scatter, 1e-12))
+        is_beyond = abs(mean - term.target) > 3 * declared.within or scatter[place] > declared.scatter > 0
         estimates.append(ParameterEstimate(
             term.name, float(nominal + term.size * mean), float(term.size * error), float(term.size * scatter[place]),
-            bool(error < 0.7 * term.std), bool(is_beyond and scatter[place] + abs(mean) > 0)))
+            bool(error < 0.7 * term.std), bool(is_beyond)))
     return tuple(estimates)
 
 
