@@ -30,7 +30,7 @@ from evidence.judge import judge
 FOLDER = Path(__file__).parents[2] / "evidence" / "generator"
 LINE = Curve("line", np.array([0.0, 1.0]), np.array([0.0, 1.0]))
 CONSTANT = Curve("constant", np.array([0.0, 1.0]), np.ones(2))
-SEEDS = (*range(0, 32, 2), 1, 3, 7, 15)
+SEEDS = (*range(0, 16, 2), 1, 7, 15)
 """More of the tanks, which take less time."""
 
 
