@@ -38,8 +38,6 @@ _SHORTEST = 0.1
 _TWIST, _ORDER, _WINDOW = 1e-3, 4, 0.8
 """Size of a compliance in rad/(N m), and order and length, in time constants of the valve, of the polynomials whose
 derivative is that of the torque."""
-_SLOW = "output speed", "input speed", "slip", "output position"
-"""Signals that change too slowly for a lag or a play of the current."""
 
 
 def declare(bench: Bench) -> Machine:

@@ -79,7 +79,6 @@ class Variable:
         x = np.asarray(values if values.ndim == 2 else values[:, None])
         return hats(beside_jump(x, np.sign(x), self.knots) if self.jumps else x, self.knots)
 
-
     def _remember(self, values: np.ndarray, family: int) -> np.ndarray:
         """Return the functions (n, m, K) of a family of the past of a signal (n, K): what it is beyond the signal."""
         first = sum(self.families[:family])

@@ -31,6 +31,8 @@ def screen(fit: Fit, candidates: Sequence[Candidate]) -> list[Screened]:
 def _screen(fit: Fit, candidate: Candidate) -> Screened:
     coarse = candidate.coarse()
     products = fit.products.join(*law_products(fit, coarse))
+    if not np.isfinite(products.values).all():  # no linear response
+        return Screened(candidate, 0.0, Prior())
     variance, gain, prior, known_up_to = fit.fitted.variance, 0.0, Prior(), None
     for _ in range(2):  # the prior at the variances without the law, and then at those with it
         roots = [*fit.roots, np.eye(coarse.count)]

@@ -17,6 +17,7 @@ from slipstick.engine.laws import Candidate
 from slipstick.engine.linear_model import Fitted, Gram, estimate, marginalise, restricted_likelihood
 from slipstick.engine.model import PartModel, State, build_part, key_of_law, key_of_term, touches
 from slipstick.engine.recordings import Pair, Recorded
+from slipstick.errors import InvalidValue
 
 AMPLITUDES = np.geomspace(1e-4, 10, 101)
 """Grid of the amplitude of a law, in units of its size."""
@@ -168,11 +169,12 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
         models = {part.name: build_part(recorded, part, state, laws) for part in recorded.parts}
         state = replace(state, tracks={name: model.track for name, model in models.items()})
         products = assemble(recorded, models, laws, state)
-        reached = _posterior_at(products, laws, priors, state, variance)
+        is_finite = bool(np.isfinite(products.values).all())
+        reached = _posterior_at(products, laws, priors, state, variance) if is_finite else -np.inf
         if here is not None and reached < here[0] - settled and halvings < _HALVINGS:
             state, halvings = _halfway(here[1], state), halvings + 1
             continue
-        if here is not None and halvings == _HALVINGS:
+        if not is_finite or (here is not None and halvings == _HALVINGS):
             break
         halvings = 0
         priors = adapt_priors(products, laws, priors, variance)
@@ -190,7 +192,9 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
             break
         here = _posterior_at(products, laws, priors, state, variance), state
         state = _moved(recorded, laws, fitted, turn, state)
-    assert best is not None
+    if best is None:
+        raise InvalidValue("The equations have no finite solution at the parameters at which a fit begins",
+                           "Check the nominal values of the parameters, and the equations at the largest inputs")
     return best
 
 

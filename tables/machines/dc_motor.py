@@ -1,6 +1,5 @@
 """A motor with permanent magnets: voltage and speed drive the current, current the shaft with friction and a load."""
 
-
 from slipstick.machine import Block, Command, Condition, Machine, Parameter, Quantity, Sensor
 
 CONSTANT = Parameter("motor constant", "N m/A", value=0.05)
