@@ -14,7 +14,7 @@ import pytest
 from slipstick.engine.bases import Variable
 from slipstick.engine.fit import expand
 from slipstick.engine.laws import GAIN, LAG, PAST, Candidate, list_candidates
-from slipstick.engine.model import PartModel, State, build_part, nominal_own_values, touches
+from slipstick.engine.model import PartModel, State, build_part, key_of_law, nominal_own_values, touches
 from slipstick.engine.recordings import Pair, Part, Recorded, prepare, refine
 from slipstick.engine.simulation import simulate
 from slipstick.machine import Machine, Profile, Runs
@@ -55,6 +55,10 @@ def candidates_of(name: str) -> dict[Pair, Candidate]:
     return {each.pair: widen(each.coarse()) for each in listed}
 
 
+def is_own(law: Candidate) -> bool:
+    return any(variable.kind == "own" for variable in law.variables.values())
+
+
 def widen(law: Candidate) -> Candidate:
     """A law over own variables without the bend at its outermost knots."""
     def wide(variable: Variable) -> Variable:
@@ -62,7 +66,7 @@ def widen(law: Candidate) -> Candidate:
         reach[[0, -1]] = -0.2 * np.ptp(variable.knots), 0.2 * np.ptp(variable.knots)
         return replace(variable, knots=variable.knots + reach)
 
-    if law.variable.kind != "own":
+    if not is_own(law):
         return law
     return replace(law, variables={name: wide(variable) for name, variable in law.variables.items()})
 
@@ -78,7 +82,7 @@ def begin(recorded: Recorded, laws: dict[Pair, Candidate]) -> State:
 
 def draw_form(law: Candidate) -> np.ndarray:
     wave = np.cos(1.3 * np.arange(law.count) + 0.4)
-    if law.variable.kind == "own":
+    if is_own(law):
         return line(law)
     if law.variable.kind == "lags":  # without what bends
         return np.where(np.arange(law.count) < sum(law.families[:2]), wave, 0.0)
@@ -142,16 +146,23 @@ def test_columns_are_differences_of_predictions(name: str, pairs: tuple[Pair, ..
             inside = acting[(acting >= first) & (acting < first + law.count)]
             assert bool(len(inside)) == (part.name in law.variables)
             direction = np.zeros(count)
-            if law.variable.kind == "own":
+            if is_own(law):  # hats bend within steps
                 direction[first:first + law.count] = line(law)
-            else:  # as large in the columns
+            else:  # of columns of the same size
                 direction[inside] = rng.standard_normal(len(inside)) / norms[inside]
             directions += [direction] * bool(len(inside))
             first += law.count
         for direction in directions:
             small = STEP * direction / np.abs(direction).max()
-            off = compare(recorded, part, model, laws, columns, small)
-            print(name, pairs, part.name, [t.name for i,t in enumerate(terms) if direction[i]], off)
+            moving = [term.name for place, term in enumerate(terms) if direction[place]]
+            if moving and any(leaps(law, part) for law in laws.values()) and "clock" not in moving[0]:
+                continue
+            assert compare(recorded, part, model, laws, columns, small) < 1e-3, (part.name, moving or pairs)
+
+
+def leaps(law: Candidate, part: Part) -> bool:
+    """Whether a sensor reads a jump: derivatives of what it reads are differences over a part of the range."""
+    return key_of_law(law, part)[0] == "sensor" and law.variable.jumps
 
 
 def compare(recorded: Recorded, part: Part, model: PartModel, laws: dict[Pair, Candidate], columns: np.ndarray,
@@ -182,4 +193,5 @@ def test_columns_of_bent_laws_over_own_variables_are_linear_within_steps(name: s
         taken = replace(recorded, parts=(part,))
         model = build_part(taken, part, state, laws)
         off.append(compare(taken, part, model, laws, columns_of(taken, model, laws), direction))
-    print(name,pair,off)
+    assert off[0] < 1e-2
+    assert off[2] < 0.4 * off[0]
