@@ -1,0 +1,158 @@
+"""Identification on two tanks that scipy simulates, effects in few runs, and fits of parts together and apart."""
+
+import runpy
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from slipstick.engine.evidence import screen
+from slipstick.engine.fit import Fit, fit, join
+from slipstick.engine.laws import list_candidates
+from slipstick.engine.linear_model import restricted_likelihood
+from slipstick.engine.recordings import prepare
+from slipstick.engine.selection import Identification, fit_bare, identify, settle
+from slipstick.engine.settings import EngineSettings
+from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Runs, Sensor
+
+TANKS: Machine = runpy.run_path(str(Path(__file__).parents[3] / "tables" / "machines" / "two_tanks.py"))["MACHINE"]
+RUNS, TIME, NOISE = 30, np.linspace(0, 100, 201), 0.003
+CORNERS = np.array([0.0, 20, 25, 50, 55, 80, 100])
+CASES = {"none": (np.inf, 3), "most": (0.4, 3), "a tenth": (0.55, 3), "a sixth": (0.55, 5)}
+"""The level in m from which tank 1 leaks, and the number of runs that are filled high."""
+
+
+@cache
+def record(name: str) -> tuple[Runs, np.ndarray]:
+    """The recordings, and the runs in which tank 1 leaks."""
+    rng, place = np.random.default_rng(12), CASES[name][0]
+    volts, levels = rng.uniform(2, 6, (RUNS, len(CORNERS))), np.empty((2, RUNS, len(TIME)))
+    volts[rng.permutation(RUNS)[:CASES[name][1]], 3:5] = 11.0
+    for i in range(RUNS):
+        gain, outlets = 0.92e-3 * rng.normal(1.02, 0.01), (8e-3, 9e-3) * rng.normal(0.98, 0.01, 2)
+
+        def rate(t: float, x: np.ndarray, volts: np.ndarray = volts[i], gain: float = gain,
+                 outlets: np.ndarray = outlets) -> list[float]:
+            first, second = np.maximum(x, 0.0)
+            between = outlets[0] * np.sqrt(first) + 0.02 * max(first - 0.6, 0.0) ** 1.5
+            leak = 5e-4 * (1 - np.exp(-max(first - place, 0.0) / 0.05))
+            return [(gain * np.interp(t, CORNERS, volts) - between - leak) / 0.05,
+                    (between - outlets[1] * np.sqrt(second)) / 0.06]
+
+        solved = solve_ivp(rate, (0, 100), rng.uniform(0.2, 0.4, 2), t_eval=TIME, max_step=1.0, rtol=1e-7, atol=1e-9)
+        levels[:, i] = solved.y
+    leaking = (levels[0] > place).any(axis=1)
+    levels += NOISE * rng.standard_normal(levels.shape)
+    order = rng.permutation(RUNS).astype(float)
+    return Runs(TIME, {"level 1": levels[0], "level 2": levels[1]},
+                {"voltage": Profile(np.tile(CORNERS, (RUNS, 1)), volts)}, order=order), leaking
+
+
+@cache
+def identified(name: str) -> Identification:
+    return identify(prepare(TANKS, record(name)[0]))
+
+
+@pytest.mark.parametrize("name", ["most", "a sixth"])
+def test_a_leak_of_a_tank_is_named_first_and_alone(name: str) -> None:
+    answer = identified(name)
+    assert [finding.pair for finding in answer.findings] == [("leak 1", "level 1")]
+    assert answer.findings[0].errors > 10
+    assert not answer.set_aside
+    assert not answer.unexplained
+
+
+def test_a_leak_shows_in_the_runs_that_have_it() -> None:
+    gains, leaking = identified("a sixth").findings[0].gains, record("a sixth")[1]
+    assert leaking.sum() == 5
+    assert gains[leaking].min() > 10 * np.abs(gains[~leaking]).max()
+
+
+def test_nothing_is_named_of_two_tanks_as_declared() -> None:
+    answer = identified("none")
+    assert not answer.findings
+    assert not answer.set_aside
+    assert not answer.unexplained
+
+
+def test_an_effect_in_so_few_runs_that_these_may_be_bad_sets_them_aside_and_names_nothing() -> None:
+    answer, leaking = identified("a tenth"), record("a tenth")[1]
+    assert leaking.sum() == 0.1 * RUNS
+    np.testing.assert_array_equal(answer.set_aside, np.flatnonzero(leaking))
+    assert not answer.findings
+    assert not answer.unexplained
+
+
+@pytest.fixture(scope="module")
+def bare() -> Fit:
+    return settle(prepare(TANKS, record("none")[0]), EngineSettings())[0]
+
+
+@pytest.mark.parametrize("pair", [("leak 1", "level 1"), ("pump flow", "voltage"), ("outflow 2", "run order"),
+                                  ("level 2 sensor", "gain"), ("level 1 sensor", "lag"), ("overflow", "offset"),
+                                  ("pump flow", "past voltage")])
+def test_a_law_does_not_lower_the_evidence_of_the_model_that_it_contains(bare: Fit, pair: tuple[str, str]) -> None:
+    own = {name: model.own() for name, model in bare.models.items()}
+    candidate = next(each for each in list_candidates(bare.recorded, own) if each.pair == pair)
+    screened = screen(bare, [candidate])[0]
+    full = fit(bare.recorded, {pair: candidate}, {pair: screened.prior}, bare.state, bare.fitted.variance)
+    assert screened.nats > -1
+    assert bare.evidence - 1 < full.evidence < bare.evidence + 12
+
+
+def vessel(name: str) -> Block:
+    block = Block(name, gives=f"{name} level", reads=(f"{name} command",), states=(f"{name} level",),
+                  parameters=(Parameter(f"{name} rate", value=0.2),
+                              Parameter(f"{name} start", first_of=f"{name} level", scale=0.1, scatter=1, within=1)),
+                  quantities=(Quantity(f"{name} leak", size=0.1),))
+    block.rate(lambda x, u, q, p: (getattr(p, f"{name}_rate") * (getattr(u, f"{name}_command")
+                                                                 - getattr(x, f"{name}_level"))
+                                   - getattr(q, f"{name}_leak")))
+    block.start(lambda u, q, p: getattr(p, f"{name}_start"))
+    return block
+
+
+def record_apart() -> tuple[Machine, Runs]:
+    rng, time, n, names = np.random.default_rng(5), np.arange(0, 30, 0.25), 10, ("left", "right")
+    signals, commands = {}, {}
+    for name in names:
+        profile = Profile(np.tile(np.linspace(0, 30, 7), (n, 1)), rng.uniform(0, 2, (n, 7)))
+        command, level, levels = profile.at(time), rng.uniform(0.5, 1.5, n), []
+        rates = 0.21 * (1 + 0.02 * rng.standard_normal(n))
+        for j in range(len(time)):
+            levels.append(level)
+            for share in np.arange(20) / 20 if j + 1 < len(time) else ():
+                level = level + rates * 0.0125 * ((1 - share) * command[:, j] + share * command[:, j + 1] - level)
+        signals[f"{name} level"] = np.stack(levels, axis=1) + 0.01 * rng.standard_normal((n, len(time)))
+        commands[f"{name} command"] = profile
+    machine = Machine("apart", tuple(vessel(name) for name in names), tuple(Sensor(signal) for signal in signals),
+                      commands=tuple(Command(command) for command in commands))
+    return machine, Runs(time, signals, commands)
+
+
+def test_groups_that_share_nothing_are_one_fit_or_several() -> None:
+    whole = prepare(*record_apart())
+    groups = whole.groups()
+    assert [[part.name for part in group.parts] for group in groups] == [["left"], ["right"]]
+    assert len(prepare(TANKS, record("none")[0]).groups()) == 1  # both tanks have the outlet of the first
+    apart = [fit_bare(group) for group in groups]
+    together, joined = fit_bare(whole), join(apart)
+    assert joined.converged
+    assert joined.evidence == pytest.approx(sum(each.evidence for each in apart), abs=1e-9)
+    assert together.evidence == pytest.approx(joined.evidence, abs=0.1)
+    # The joined model at its state is that of both: likelihood, coefficients of all and of each run, chi-squares.
+    assert restricted_likelihood(joined.fitted.gram, joined.fitted.variance) == pytest.approx(
+        sum(restricted_likelihood(each.fitted.gram, each.fitted.variance) for each in apart), abs=1e-6)
+    names = [[term.name for term in (*each.recorded.random, *each.recorded.shared)] for each in (joined, *apart)]
+    own = {name: value for each, listed in zip(apart, names[1:], strict=True)
+           for name, value in zip(listed, each.fitted.coefficients, strict=True)}
+    np.testing.assert_allclose(joined.fitted.coefficients, [own[name] for name in names[0]], atol=1e-9)
+    np.testing.assert_allclose(joined.fitted.each, np.concatenate([each.fitted.each for each in apart], axis=1),
+                               atol=1e-9)
+    for each in apart:
+        for name, chi in each.chi_square.items():
+            np.testing.assert_allclose(joined.chi_square[name], chi, atol=1e-9)
+            np.testing.assert_allclose(together.chi_square[name], chi, rtol=0.02)
+    np.testing.assert_allclose(together.means, joined.means, atol=0.1 * np.sqrt(joined.fitted.variance).min())
