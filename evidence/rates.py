@@ -105,6 +105,12 @@ def _over_temperature(entry: Entry) -> bool:
 
 
 _Choice = Callable[[Entry], bool]
+
+
+def _of_machine(name: str, choose: _Choice) -> _Choice:
+    return lambda entry: f"/{name}/" in entry.truth.case and choose(entry)
+
+
 _GROUPS: list[tuple[str, str, _Choice, dict[str, Condition]]] = [
     ("nothing_missing", "", lambda entry: True, _SAID),
     ("one_known_effect", "visible", lambda entry: entry.is_visible and _everywhere(entry), _ONE_EFFECT),
@@ -125,19 +131,13 @@ _GROUPS: list[tuple[str, str, _Choice, dict[str, Condition]]] = [
      _ONE_EFFECT),
     ("further_channel", "over something else, visible",
      lambda entry: _has_effect(entry) and not _over_temperature(entry) and entry.is_visible, _ONE_EFFECT),
+    *(("other_machines", f"{words}, {label}", _of_machine(name, choose), conditions)
+      for words, name in (("tanks", "two-tanks"), ("motor", "dc-motor"))
+      for label, choose, conditions in (
+          ("no effect", lambda entry: not _has_effect(entry), _SAID),
+          ("visible", lambda entry: _has_effect(entry) and _everywhere(entry), _ONE_EFFECT),
+          ("in a tenth of the runs", lambda entry: not _everywhere(entry), _ONE_EFFECT))),
 ]
-
-
-def _of_machine(name: str, choose: _Choice) -> _Choice:
-    return lambda entry: f"/{name}/" in entry.truth.case and choose(entry)
-
-
-_GROUPS += [("other_machines", f"{words}, {label}", _of_machine(name, choose), conditions)
-            for words, name in (("tanks", "two-tanks"), ("motor", "dc-motor"))
-            for label, choose, conditions in (
-                ("no effect", lambda entry: not _has_effect(entry), _SAID),
-                ("visible", lambda entry: _has_effect(entry) and _everywhere(entry), _ONE_EFFECT),
-                ("in a tenth of the runs", lambda entry: not _everywhere(entry), _ONE_EFFECT))]
 """Suite, which of its cases, and what is counted of them."""
 
 

@@ -66,9 +66,9 @@ class CaseFiles:
 def write_case(suite: str, seed: int, work: Path = WORK) -> CaseFiles:
     """Draw a case and write its files to the folder `work`, unless they are there."""
     files = CaseFiles(work / "cases" / f"{suite}-{seed}")
-    if not files.truth_file.exists() and not files.is_of_clutch:
-        write_machine_case(files.folder, draw_machine_case(seed))
-    if not files.truth_file.exists():
+    if files.truth_file.exists():
+        return files
+    if files.is_of_clutch:
         case = draw_case(suite, seed)
         run = simulate(case, RELATIVE)
         truth = json.dumps(describe(case, run).to_json())
@@ -78,6 +78,8 @@ def write_case(suite: str, seed: int, work: Path = WORK) -> CaseFiles:
                             (files.truth_file, lambda path: path.write_text(truth))):
             with replacing(path) as part:  # another process may write the same ones; the truth is the last
                 write(part)
+    else:
+        write_machine_case(files.folder, draw_machine_case(seed))
     return files
 
 

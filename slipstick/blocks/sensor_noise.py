@@ -11,6 +11,7 @@ import numpy as np
 import scipy
 
 from slipstick.blocks.whitening import BlockNoise
+from slipstick.engine.noise import filter_variance, robust_std, second_taps, second_variance
 from slipstick.errors import InvalidValue
 
 Noise = tuple[float, float]
@@ -27,9 +28,6 @@ HIGHEST = 0.999
 _LEAST = 0.1
 """Least standard deviation, over the least that could by itself give the second differences of neighbouring samples.
 Where the integrated noise of the input exceeds all that is left of a speed, its sensor would have no noise at all."""
-_KEPT = 0.8
-"""Share of the smallest values in a standard deviation that jumps do not reach. The median absolute value would be a
-multiple of the resolution of the sensor."""
 _THIRD, _LAGGED = np.array([1.0, -3.0, 3.0, -1.0]), np.array([1.0, -2.0, 0.0, 2.0, -1.0])
 
 
@@ -39,19 +37,19 @@ def sensor_noise(name: str, values: np.ndarray) -> Noise:
     From the third differences and the sums of two successive ones: a smooth signal does not reach either, and jumps are
     rare. `name` is that of the signal in the error message: raises `InvalidValue` if there is no noise.
     """
-    third, lagged = (_robust_std(np.apply_along_axis(np.convolve, 1, values, taps, "valid"))
+    third, lagged = (robust_std(np.apply_along_axis(np.convolve, 1, values, taps, "valid"))
                      for taps in (_THIRD, _LAGGED))
     if not third > 0:
         raise InvalidValue(f"The signal {name} shows no noise, so its residuals cannot be weighted",
                            "Record it with a finer resolution, or add the noise of its sensor")
 
     def excess(rho: float) -> float:
-        return _filtered_variance(_LAGGED, rho) * third**2 - _filtered_variance(_THIRD, rho) * lagged**2
+        return filter_variance(_LAGGED, rho) * third**2 - filter_variance(_THIRD, rho) * lagged**2
 
     low, high = excess(-HIGHEST), excess(HIGHEST)
     rho = scipy.optimize.brentq(excess, -HIGHEST, HIGHEST) if low < 0 < high else (
         HIGHEST if high <= 0 else -HIGHEST)
-    return third / np.sqrt(_filtered_variance(_THIRD, rho)), float(rho)
+    return third / np.sqrt(filter_variance(_THIRD, rho)), float(rho)
 
 
 def noise_of(left: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> Noise:
@@ -60,21 +58,21 @@ def noise_of(left: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> Noise:
     The variances of second differences are those of the sensor's autoregressive noise and of the integrated noise of
     the input, which is known from the assumed `noise`. Where too few samples count the output keeps the assumed noise.
     """
-    observed = np.array([_variance(left, counted, lag) for lag in _LAGS])
+    observed = np.array([second_variance(left, counted, lag) for lag in _LAGS])
     if not np.all(observed > 0):
         return noise.std, noise.correlation
     walk = np.array([_walk_variance(noise, counted, lag) for lag in _LAGS])
 
     def log_ratios(values: np.ndarray) -> np.ndarray:
         rho = float(np.tanh(values[1]))
-        own = np.exp(2 * values[0]) * np.array([_filtered_variance(_taps(lag), rho) for lag in _LAGS])
+        own = np.exp(2 * values[0]) * np.array([filter_variance(second_taps(lag), rho) for lag in _LAGS])
         return np.asarray(np.log((own + walk) / observed))
 
     most = float(np.arctanh(HIGHEST))
-    least = float(np.log(_LEAST * np.sqrt(observed[0] / _filtered_variance(_taps(1), -1.0))))
+    least = float(np.log(_LEAST * np.sqrt(observed[0] / filter_variance(second_taps(1), -1.0))))
     bounds = (least, -most), (np.inf, most)
     correlation = float(np.clip(noise.correlation, -_BEGIN, _BEGIN))
-    begun = np.clip([0.5 * np.log(observed[0] / _filtered_variance(_taps(1), correlation)), np.arctanh(correlation)],
+    begun = np.clip([0.5 * np.log(observed[0] / filter_variance(second_taps(1), correlation)), np.arctanh(correlation)],
                     *bounds)
     estimate = scipy.optimize.least_squares(log_ratios, begun, bounds=bounds).x
     return float(np.exp(estimate[0])), float(np.tanh(estimate[1]))
@@ -110,41 +108,10 @@ def in_common(left: np.ndarray, groups: np.ndarray) -> Noise:
     return float(np.sqrt(variance / count)), float(np.clip(lagged / variance, 0.0, HIGHEST))
 
 
-def _variance(left: np.ndarray, counted: np.ndarray, lag: int) -> float:
-    """Variance of second differences over `lag` samples, 0 where there are none."""
-    ends, middle = slice(2 * lag, None), slice(lag, -lag)
-    every = counted[:, ends] & counted[:, middle] & counted[:, :-2 * lag]
-    if not every.any():
-        return 0.0
-    return _robust_std((left[:, ends] - 2 * left[:, middle] + left[:, :-2 * lag])[every]) ** 2
-
-
 def _walk_variance(noise: BlockNoise, counted: np.ndarray, lag: int) -> float:
     """Variance of second differences of the integrated noise of the input."""
     if noise.onto is None:
         return 0.0
     onto = float((noise.onto**2)[counted[:, 1:]].mean())
     sums = np.repeat([-1.0, 1.0], lag)
-    return onto * noise.input_std**2 * _filtered_variance(sums, noise.input_correlation)
-
-
-def _taps(lag: int) -> np.ndarray:
-    taps = np.zeros(2 * lag + 1)
-    taps[[0, lag, -1]] = 1.0, -2.0, 1.0
-    return taps
-
-
-def _robust_std(values: np.ndarray) -> float:
-    """Standard deviation of normal values from the smallest ones."""
-    squares = values.ravel() ** 2
-    kept = int(_KEPT * len(squares))
-    edge = scipy.stats.norm.ppf(0.5 + 0.5 * _KEPT)
-    # The share of the variance that the smallest values of a normal variable have.
-    share = 1 - 2 * edge * scipy.stats.norm.pdf(edge) / _KEPT
-    return float(np.sqrt(np.partition(squares, kept)[:kept].mean() / share))
-
-
-def _filtered_variance(taps: np.ndarray, rho: float) -> float:
-    """Variance of an autoregressive process of variance 1 after a filter."""
-    lags = np.abs(np.subtract.outer(np.arange(len(taps)), np.arange(len(taps))))
-    return float(taps @ np.power(rho, lags) @ taps)
+    return onto * noise.input_std**2 * filter_variance(sums, noise.input_correlation)

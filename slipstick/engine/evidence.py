@@ -33,15 +33,14 @@ def _screen(fit: Fit, candidate: Candidate) -> Screened:
     products = fit.products.join(*law_products(fit, coarse))
     if not np.isfinite(products.values).all():  # no linear response
         return Screened(candidate, 0.0, Prior())
-    variance, gain, prior, known_up_to = fit.fitted.variance, 0.0, Prior(), None
+    roots = [*fit.roots, np.eye(coarse.count)]
+    raw_gram, _ = products.gram(roots)
+    places = products.places(len(roots) - 1, roots)
+    raw_places = np.arange(coarse.count) + products.values.shape[1] - 1 - coarse.count
+    known_up_to = count_replaced(products, coarse, raw_places)
+    variance = fit.fitted.variance
     for _ in range(2):  # the prior at the variances without the law, and then at those with it
-        roots = [*fit.roots, np.eye(coarse.count)]
-        gram, _ = products.gram(roots)
-        places = products.places(len(roots) - 1, roots)
-        if known_up_to is None:
-            raw = np.arange(coarse.count) + products.values.shape[1] - 1 - coarse.count
-            known_up_to = count_replaced(products, coarse, raw)
-        gain, prior = choose_prior(gram, coarse, places, variance, known_up_to)
+        gain, prior = choose_prior(raw_gram, coarse, places, variance, known_up_to)
         if gain < _WORTH:
             return Screened(candidate, gain, prior)
         gram, _ = products.gram([*fit.roots, prior.root(coarse)])

@@ -129,12 +129,19 @@ class Fit:
         return [self.priors[pair].root(law) for pair, law in self.laws.items()]
 
     @cached_property
+    def onto(self) -> dict[str, np.ndarray]:
+        """The maps (n, r + 1, c) from all coefficients to the rows of each part."""
+        return {name: expand(self.recorded, model, self.laws, self.state) for name, model in self.models.items()}
+
+    @cached_property
     def squares(self) -> dict[str, np.ndarray]:
         """Sum of squares (n,) of the whitened residuals of each part, at the estimated parameters of each run."""
-        coefficients = coefficients_of(self.fitted, self.turn, self.recorded)
-        return {name: np.einsum("nr,nrq,nq->n", left, gram, left) for name, (left, gram) in (
-            (name, _residual_of(self.recorded, model, self.laws, self.state, coefficients))
-            for name, model in self.models.items())}
+        coefficients, squares = coefficients_of(self.fitted, self.turn, self.recorded), dict[str, np.ndarray]()
+        for name, model in self.models.items():
+            onto = self.onto[name]
+            left = onto[:, :, -1] - np.einsum("nrc,nc->nr", onto[:, :, :-1], coefficients)
+            squares[name] = np.einsum("nr,nrq,nq->n", left, model.rows @ model.rows.transpose(0, 2, 1), left)
+        return squares
 
     @property
     def chi_square(self) -> dict[str, np.ndarray]:
@@ -146,6 +153,16 @@ class Fit:
     def means(self) -> np.ndarray:
         """Means (r,) of the random terms over the runs."""
         return self.fitted.coefficients[:len(self.recorded.random)]
+
+    def again(self, recorded: Recorded | None = None) -> "Fit":
+        """Return the fit from here on, or that of the same runs with another noise."""
+        return fit(recorded or self.recorded, self.laws, self.priors, self.state, self.fitted.variance)
+
+    def beside(self, laws: Mapping[Pair, Candidate], priors: Mapping[Pair, Prior], state: State | None = None,
+               settled: float = _SETTLED) -> "Fit":
+        """Return the fit with further laws from here on, or from another state."""
+        return fit(self.recorded, {**self.laws, **laws}, {**self.priors, **priors}, state or self.state,
+                   self.fitted.variance, settled)
 
 
 def begin(recorded: Recorded) -> State:
@@ -269,7 +286,7 @@ def law_products(fit_: Fit, candidate: Candidate) -> tuple[np.ndarray, np.ndarra
     for name, variable in candidate.variables.items():
         model = fit_.models[name]
         white = model.white(model.law_columns(candidate))
-        against = white @ model.rows.transpose(0, 2, 1) @ expand(recorded, model, fit_.laws, fit_.state)
+        against = white @ model.rows.transpose(0, 2, 1) @ fit_.onto[name]
         square = white @ white.transpose(0, 2, 1)
         if variable.kind == "between":
             factors = candidate.size * variable.basis(None, 1)[:, :, 0]
@@ -346,13 +363,6 @@ def coefficients_of(fitted: Fitted, turn: np.ndarray, recorded: Recorded) -> np.
     raw = np.tile(turn[:-1, :-1] @ fitted.coefficients, (len(recorded), 1))
     raw[:, :random] += fitted.each
     return raw
-
-
-def _residual_of(recorded: Recorded, model: PartModel, laws: Mapping[Pair, Candidate], state: State,
-                 coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    onto = expand(recorded, model, laws, state)
-    left = onto[:, :, -1] - np.einsum("nrc,nc->nr", onto[:, :, :-1], coefficients)
-    return left, model.rows @ model.rows.transpose(0, 2, 1)
 
 
 def _inside(turn: np.ndarray, fitted: Fitted, state: State, laws: Mapping[Pair, Candidate]) -> np.ndarray:

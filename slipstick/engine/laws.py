@@ -145,8 +145,3 @@ def list_curves(recorded: Recorded,
             candidate = Candidate(pair, recorded.machine.quantity(declared.quantity), 1.0, {part.name: variable})
             listed[pair] = candidate, declared.within, (MOST - 1) / (declared.knots - 1)
     return listed
-
-
-def list_curve_pairs(recorded: Recorded) -> list[Pair]:
-    """Return the pairs of the curves that are not known exactly."""
-    return [(curve.quantity, CURVE + curve.over) for part in recorded.parts for curve in part.block.curves]

@@ -13,8 +13,8 @@ import numpy as np
 
 from slipstick.engine.bases import late
 from slipstick.engine.laws import Candidate
-from slipstick.engine.recordings import Pair, Part, Recorded, Term, clock_of, guess_track
-from slipstick.engine.trajectory import Kind, OwnLaw, Problem, Trajectory, solve
+from slipstick.engine.recordings import Pair, Part, Recorded, Term, clock_of, guess_track, pose_nominal
+from slipstick.engine.trajectory import OwnLaw, Problem, Trajectory, solve
 from slipstick.engine.whitening import CarriedNoise, whiten
 from slipstick.machine.declaration import SENSOR, Namespace, identifier_of
 
@@ -74,7 +74,14 @@ class PartModel:
 
     def white(self, columns: np.ndarray) -> np.ndarray:
         """Return columns (n, c, o, k) whitened, (n, c, o k)."""
-        return _white(self.part, columns, self.carried)
+        part, carried = self.part, self.carried
+        out = np.empty((len(columns), columns.shape[1], columns.shape[2] * columns.shape[3]))
+        for first in range(0, len(columns), _TOGETHER):
+            rows = slice(first, first + _TOGETHER)
+            noise = None if carried is None else CarriedNoise(carried.inputs, *(
+                getattr(carried, name)[rows] for name in ("loudness", "A", "F", "C", "E")))
+            out[rows] = whiten(columns[rows], part.counted[rows], part.sensors, part.loudness[rows], noise)
+        return np.asarray(out / np.sqrt(part.temper))
 
     def late(self, signals: np.ndarray) -> np.ndarray:
         """Return the samples (..., o, k) of signals (..., o, K), read by sensors that are late."""
@@ -83,12 +90,24 @@ class PartModel:
                         axis=-2)
 
     def own(self) -> dict[str, np.ndarray]:
-        """Return the values (n, K) of the part's own variables."""
-        return own_values(self.part, self.trajectory)
+        """Return the values (n, K) of the part's own variables: the signals that it gives, and those of the system."""
+        outputs = self.trajectory.outputs
+        signals = {signal: outputs[:, place] for place, signal in enumerate(self.part.signals)}
+        own = _read_own(self.trajectory.problem, self.trajectory.x)
+        return signals | {name: np.broadcast_to(values, outputs[:, 0].shape) for name, values in own.items()}
 
     def law_columns(self, candidate: Candidate) -> np.ndarray:
         """Return the columns (n, m, o, k) of a law; (n, 1, o, k) of one between runs, for a factor of 1."""
-        return _law_columns(self, candidate)
+        part, variable = self.part, candidate.variables[self.part.name]
+        kind, name = key_of_law(candidate, part)
+        n, _, size = self.trajectory.outputs.shape
+        if variable.kind == "between":
+            return _respond(self, kind, name, candidate.size, np.ones((n, 1, size)))
+        own = None
+        if variable.values is None:  # the lags of a sensor are those of its own signal
+            own = (self.signals[:, part.signals.index(name)] if kind == "sensor" and variable.name == name
+                   else self.own()[variable.name])
+        return _respond(self, kind, name, candidate.size, candidate.size * variable.basis(own, size))
 
 
 def is_between(candidate: Candidate) -> bool:
@@ -96,23 +115,17 @@ def is_between(candidate: Candidate) -> bool:
     return candidate.variable.kind == "between"
 
 
-def own_values(part: Part, trajectory: Trajectory) -> dict[str, np.ndarray]:
-    """Return the values (n, K) of a part's own variables."""
-    problem = trajectory.problem
-    x = Namespace(**{name: trajectory.x[:, place] for place, name in enumerate(part.system.states)})
-    u, p = Namespace(**problem.inputs), Namespace(**problem.parameters)
-    values = {name: np.broadcast_to(read(x, u, p), trajectory.outputs[:, 0].shape)
-              for name, read in part.system.own.items()}
-    return {**{signal: trajectory.outputs[:, place] for place, signal in enumerate(part.signals)}, **values}
-
-
 def nominal_own_values(part: Part) -> dict[str, np.ndarray]:
     """Return the values (n, K) of a part's own variables at nominal parameters, of measured states where all are."""
-    problem, track = Problem(part.system, part.step, part.smooth, part.quantities, part.parameters), guess_track(part)
-    x = solve(problem).x if track is None else track
-    named = Namespace(**{name: x[:, place] for place, name in enumerate(part.system.states)})
-    u, p = Namespace(**part.smooth), Namespace(**part.parameters)
-    return {name: read(named, u, p) for name, read in part.system.own.items()}
+    problem, track = pose_nominal(part), guess_track(part)
+    return _read_own(problem, solve(problem).x if track is None else track)
+
+
+def _read_own(problem: Problem, x: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the own variables of a problem at states (n, d, K)."""
+    named = Namespace(**{name: x[:, place] for place, name in enumerate(problem.system.states)})
+    u, p = Namespace(**problem.inputs), Namespace(**problem.parameters)
+    return {name: read(named, u, p) for name, read in problem.system.own.items()}
 
 
 def build_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate]) -> PartModel:
@@ -237,16 +250,6 @@ def _carry(part: Part, trajectory: Trajectory) -> CarriedNoise | None:
     return CarriedNoise(tuple(part.noise.values()), part.input_loudness, A, F, trajectory.C[:, :, ::fine], E)
 
 
-def _white(part: Part, columns: np.ndarray, carried: CarriedNoise | None) -> np.ndarray:
-    out = np.empty((len(columns), columns.shape[1], columns.shape[2] * columns.shape[3]))
-    for first in range(0, len(columns), _TOGETHER):
-        rows = slice(first, first + _TOGETHER)
-        noise = None if carried is None else CarriedNoise(carried.inputs, *(
-            getattr(carried, name)[rows] for name in ("loudness", "A", "F", "C", "E")))
-        out[rows] = whiten(columns[rows], part.counted[rows], part.sensors, part.loudness[rows], noise)
-    return np.asarray(out / np.sqrt(part.temper))
-
-
 def _row(model: PartModel, key: Key, recorded: Recorded) -> np.ndarray:
     """Return the response (n, 1, o, k) to a change of 1."""
     part, (kind, name) = model.part, key
@@ -278,19 +281,6 @@ def _typical(recorded: Recorded, model: PartModel, key: Key) -> float:
     return 1.0
 
 
-def _law_columns(model: PartModel, candidate: Candidate) -> np.ndarray:
-    part, variable = model.part, candidate.variables[model.part.name]
-    kind, name = key_of_law(candidate, part)
-    n, _, size = model.trajectory.outputs.shape
-    if variable.kind == "between":
-        return _respond(model, kind, name, candidate.size, np.ones((n, 1, size)))
-    own = None
-    if variable.values is None:  # the lags of a sensor are those of its own signal
-        own = (model.signals[:, part.signals.index(name)] if kind == "sensor" and variable.name == name
-               else model.own()[variable.name])
-    return _respond(model, kind, name, candidate.size, candidate.size * variable.basis(own, size))
-
-
 def _respond(model: PartModel, kind: str, name: str, size: float, basis: np.ndarray) -> np.ndarray:
     """Return the changes (n, m, o, k) of what the sensors read, with a change along a basis (n, m, K)."""
     part, trajectory = model.part, model.trajectory
@@ -300,7 +290,7 @@ def _respond(model: PartModel, kind: str, name: str, size: float, basis: np.ndar
         change[:, :, part.signals.index(name)] = basis
         return model.late(change)
     typical = part.noise[name].std if kind == "input" and name in part.noise else size
-    change = trajectory.respond(trajectory.direction(_KINDS[kind], name, typical), basis)
+    change = trajectory.respond(trajectory.direction(kind, name, typical), basis)
     if kind == "input":
         change = -change  # an error of the sensor is taken off what it reads
     if any(key_of_law(law, part)[0] == "sensor" and law.variables[part.name].values is None
@@ -312,6 +302,3 @@ def _respond(model: PartModel, kind: str, name: str, size: float, basis: np.ndar
             moved = sensor_errors(model, signals + by[:, None] * change[:, place])
             change[:, place] += (moved - here) / by[:, None]
     return model.late(change)
-
-
-_KINDS: dict[str, Kind] = {"parameter": "parameter", "quantity": "quantity", "input": "input"}

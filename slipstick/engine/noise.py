@@ -21,7 +21,8 @@ all: a random walk has 1."""
 _LEAST = 0.1
 """Least standard deviation, over the least that could by itself give the second differences of neighbouring samples."""
 _KEPT = 0.8
-"""Share of the smallest values in a standard deviation that jumps do not reach."""
+"""Share of the smallest values in a standard deviation that jumps do not reach. The median absolute value would be a
+multiple of the resolution of the sensor."""
 _SECOND_ERROR = 6.0
 """Sampling variance of the logarithm of the robust variance of second differences, times the number of samples: 1.8
 times that of independent normal values (correlation of neighbouring differences, and the values that are left out)."""
@@ -51,20 +52,20 @@ def estimate_sensor_noise(name: str, values: np.ndarray) -> Noise:
 
     A smooth signal does not reach either, and jumps are rare. Raises `InvalidValue` if there is no noise.
     """
-    third, lagged = (_robust_std(np.apply_along_axis(np.convolve, 1, values, taps, "valid"))
+    third, lagged = (robust_std(np.apply_along_axis(np.convolve, 1, values, taps, "valid"))
                      for taps in (_THIRD, _LAGGED))
     if not third > 0:
         raise InvalidValue(f"The signal {name} shows no noise, so its residuals cannot be weighted",
                            "Record it with a finer resolution, or add the noise of its sensor")
 
     def excess(rho: float) -> float:
-        return _filter_variance(_LAGGED, rho) * third**2 - _filter_variance(_THIRD, rho) * lagged**2
+        return filter_variance(_LAGGED, rho) * third**2 - filter_variance(_THIRD, rho) * lagged**2
 
     low, high = excess(-HIGHEST), excess(HIGHEST)
     rho = scipy.optimize.brentq(excess, -HIGHEST, HIGHEST) if low < 0 < high else (
         HIGHEST if high <= 0 else -HIGHEST)
     rho = float(np.clip(rho, -_BEGIN, _BEGIN))
-    return Noise(float(third / np.sqrt(_filter_variance(_THIRD, rho))), rho)
+    return Noise(float(third / np.sqrt(filter_variance(_THIRD, rho))), rho)
 
 
 def estimate_residual_noise(left: np.ndarray, counted: np.ndarray, carried: np.ndarray | None, noise: Noise) -> Noise:
@@ -73,23 +74,23 @@ def estimate_residual_noise(left: np.ndarray, counted: np.ndarray, carried: np.n
     `carried` (r, k) are draws of what the noise of measured inputs contributes. Where too few samples count, the sensor
     keeps its assumed `noise`.
     """
-    observed = np.array([_second_variance(left, counted, samples) for samples in _LAGS])
+    observed = np.array([second_variance(left, counted, samples) for samples in _LAGS])
     if not np.all(observed > 0):
         return noise
     known = np.zeros(len(_LAGS)) if carried is None else np.array(
-        [_second_variance(carried, np.broadcast_to(counted[:len(carried)], carried.shape), samples)
+        [second_variance(carried, np.broadcast_to(counted[:len(carried)], carried.shape), samples)
          for samples in _LAGS])
 
     def log_ratios(values: np.ndarray) -> np.ndarray:
         rho = float(np.tanh(values[1]))
-        own = np.exp(2 * values[0]) * np.array([_filter_variance(_taps(samples), rho) for samples in _LAGS])
+        own = np.exp(2 * values[0]) * np.array([filter_variance(second_taps(samples), rho) for samples in _LAGS])
         return np.asarray(np.log((own + known) / observed))
 
     most = float(np.arctanh(HIGHEST))
-    least = float(np.log(_LEAST * np.sqrt(observed[0] / _filter_variance(_taps(1), -1.0))))
+    least = float(np.log(_LEAST * np.sqrt(observed[0] / filter_variance(second_taps(1), -1.0))))
     bounds = (least, -most), (np.inf, most)
     correlation = float(np.clip(noise.correlation, -_BEGIN, _BEGIN))
-    begin = np.clip([0.5 * np.log(observed[0] / _filter_variance(_taps(1), correlation)), np.arctanh(correlation)],
+    begin = np.clip([0.5 * np.log(observed[0] / filter_variance(second_taps(1), correlation)), np.arctanh(correlation)],
                     *bounds)
     estimate = scipy.optimize.least_squares(log_ratios, begin, bounds=bounds).x
     return Noise(float(np.exp(estimate[0])), float(np.tanh(estimate[1])))
@@ -101,7 +102,7 @@ def estimate_loudness(left: np.ndarray, counted: np.ndarray) -> np.ndarray:
     Estimates are drawn to 1 by their sampling error, so that equal noise remains equal (empirical Bayes).
     """
     counts = np.maximum(counted.sum(axis=1), 3)
-    own = np.array([_second_variance(row[None], samples[None], 1) for row, samples in zip(left, counted, strict=True)])
+    own = np.array([second_variance(row[None], samples[None], 1) for row, samples in zip(left, counted, strict=True)])
     typical = float(np.median(own[own > 0])) if (own > 0).any() else 1.0
     ratio = np.log(np.maximum(own, 1e-300) / typical)
     ratio = np.where(own > 0, ratio, 0.0)
@@ -117,22 +118,23 @@ def draw_noise(noise: Noise, shape: tuple[int, int], random: np.random.Generator
     return np.asarray(noise.std * scipy.signal.lfilter([1], [1, -noise.correlation], fresh, axis=1))
 
 
-def _second_variance(values: np.ndarray, counted: np.ndarray, samples: int) -> float:
+def second_variance(values: np.ndarray, counted: np.ndarray, samples: int) -> float:
     """Variance of second differences over `samples`, 0 where there are none."""
     ends, middle = slice(2 * samples, None), slice(samples, -samples)
     every = counted[:, ends] & counted[:, middle] & counted[:, :-2 * samples]
     if not every.any():
         return 0.0
-    return _robust_std((values[:, ends] - 2 * values[:, middle] + values[:, :-2 * samples])[every]) ** 2
+    return robust_std((values[:, ends] - 2 * values[:, middle] + values[:, :-2 * samples])[every]) ** 2
 
 
-def _taps(samples: int) -> np.ndarray:
+def second_taps(samples: int) -> np.ndarray:
+    """Filter of second differences over `samples`."""
     taps = np.zeros(2 * samples + 1)
     taps[[0, samples, -1]] = 1.0, -2.0, 1.0
     return taps
 
 
-def _robust_std(values: np.ndarray) -> float:
+def robust_std(values: np.ndarray) -> float:
     """Standard deviation of normal values from the smallest ones."""
     squares = values.ravel() ** 2
     kept = int(_KEPT * len(squares))
@@ -142,7 +144,7 @@ def _robust_std(values: np.ndarray) -> float:
     return float(np.sqrt(np.partition(squares, kept)[:kept].mean() / share))
 
 
-def _filter_variance(taps: np.ndarray, rho: float) -> float:
+def filter_variance(taps: np.ndarray, rho: float) -> float:
     """Variance of an autoregressive process of variance 1 after a filter."""
     lags = np.abs(np.subtract.outer(np.arange(len(taps)), np.arange(len(taps))))
     return float(taps @ np.power(rho, lags) @ taps)

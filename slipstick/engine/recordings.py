@@ -291,9 +291,13 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
     return coarse
 
 
+def pose_nominal(part: Part) -> Problem:
+    """Return the equations of a part at nominal parameters, driven by inputs without noise."""
+    return Problem(part.system, part.step, part.smooth, part.quantities, part.parameters)
+
+
 def _predict_nominal(part: Part) -> np.ndarray:
-    problem = Problem(part.system, part.step, part.smooth, part.quantities, part.parameters)
-    return solve(problem, guess_track(part)).outputs[:, :, ::part.fine]
+    return solve(pose_nominal(part), guess_track(part)).outputs[:, :, ::part.fine]
 
 
 def guess_track(part: Part) -> np.ndarray | None:

@@ -9,7 +9,7 @@ import scipy
 
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, screen
 from slipstick.engine.fit import Fit, Prior, fit, join
-from slipstick.engine.laws import Candidate, list_candidates, list_curve_pairs, list_curves
+from slipstick.engine.laws import Candidate, list_candidates, list_curves
 from slipstick.engine.model import State, nominal_own_values
 from slipstick.engine.noise import draw_noise, estimate_loudness, estimate_residual_noise
 from slipstick.engine.recordings import Pair, Part, Recorded, explain
@@ -62,7 +62,7 @@ def identify(recorded: Recorded, settings: EngineSettings | None = None, log: Lo
     bare = settle(recorded, settings)
     own = {name: model.own() for each in bare for name, model in each.models.items()}
     whole = join(bare).recorded
-    search = _Search(whole, list_candidates(whole, own), settings, log, {_name(each): each for each in bare})
+    search = _Search(list_candidates(whole, own), settings, log, {_name(each): each for each in bare})
     while search.step():
         pass
     fits = tuple(search.fits.values())
@@ -95,9 +95,9 @@ class _Trial:
 class _Search:
     """Forward selection over groups of parts, each with its fit; groups that a law joins are one from then on."""
 
-    def __init__(self, whole: Recorded, candidates: Sequence[Candidate], settings: EngineSettings, log: Log,
+    def __init__(self, candidates: Sequence[Candidate], settings: EngineSettings, log: Log,
                  fits: dict[Group, Fit]) -> None:
-        self.whole, self.candidates, self.settings, self.log = whole, candidates, settings, log
+        self.candidates, self.settings, self.log = candidates, settings, log
         self.fits, self.findings, self.closed = fits, list[Finding](), set[Group]()
         self._screened: dict[tuple[Fit, ...], list[Screened]] = {}
         self._bases: dict[tuple[Fit, ...], Fit] = {}
@@ -124,8 +124,7 @@ class _Search:
 
     def _accept(self, better: Fit) -> None:
         """Take a fit with a further law, without earlier laws whose loss it makes good."""
-        better = temper(fit(better.recorded, better.laws, better.priors, better.state, better.fitted.variance),
-                        self.settings)
+        better = temper(better.again(), self.settings)
         for finding in self.findings[:-1]:
             if finding.pair not in better.laws:
                 continue
@@ -169,8 +168,7 @@ class _Search:
     def _try(self, screened: Screened) -> _Trial:
         candidate, groups = screened.candidate, self._groups(screened.candidate)
         base, pair = self._base(groups), screened.candidate.pair
-        full = fit(base.recorded, {**base.laws, pair: candidate}, {**base.priors, pair: screened.prior}, base.state,
-                   base.fitted.variance, max(_SETTLED, _ROUGH * screened.nats))
+        full = base.beside({pair: candidate}, {pair: screened.prior}, settled=max(_SETTLED, _ROUGH * screened.nats))
         gains, expected = hold_out(full) - hold_out(base), expect(full, candidate)
         finding = Finding(pair, full.evidence - base.evidence, agree(gains, expected), (), gains)
         self.log(f"full {pair} {finding.nats:.1f} errors {finding.errors:.1f} held out {gains.sum():.1f} "
@@ -217,10 +215,9 @@ def temper(fitted: Fit, settings: EngineSettings) -> Fit:
             break
         hotter = any(wanted[part.name] > 2 * part.temper for part in parts)
         recorded = replace(fitted.recorded, parts=tuple(replace(part, temper=wanted[part.name]) for part in parts))
-        if hotter and not set(fitted.laws) - set(list_curve_pairs(recorded)):
-            fitted = fit_bare(recorded)  # anew: the parameters may be far away
-        else:
-            fitted = fit(recorded, fitted.laws, fitted.priors, fitted.state, fitted.fitted.variance)
+        is_bare = all(prior.length for prior in fitted.priors.values())  # but for the errors of curves
+        # Anew where the parameters may be far away.
+        fitted = fit_bare(recorded) if hotter and is_bare else fitted.again(recorded)
     return fitted
 
 
@@ -241,8 +238,7 @@ def _renew(fits: Sequence[Fit], settings: EngineSettings) -> list[Fit]:
                  for signals in [_explain(each, part.name)] for place, signal in enumerate(part.signals)}
     renewed = list[Fit]()
     for each in fits:
-        recorded = explain(renew_noise(each), explained)
-        renewed.append(fit(recorded, each.laws, each.priors, each.state, each.fitted.variance))
+        renewed.append(each.again(explain(renew_noise(each), explained)))
     return renewed
 
 

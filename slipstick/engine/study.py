@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipstick.engine.evidence import agree, expect, hold_out, screen
-from slipstick.engine.fit import Fit, Prior, fit, join
+from slipstick.engine.evidence import Screened, agree, expect, hold_out, screen
+from slipstick.engine.fit import Fit, join
 from slipstick.engine.laws import Candidate, list_candidates
 from slipstick.engine.linear_model import solve
 from slipstick.engine.measured_law import Law, measure
@@ -153,17 +153,16 @@ def _confirm(machine: Machine, runs: Runs, values: Mapping[str, float] | None, n
     estimated = replace(start, laws={**bare.state.laws, **{pair: blocks.state.laws[pair] for pair in laws}})
     priors = {pair: blocks.priors[pair] for pair in laws}
     # From the optimum without the laws, and from what the blocks have estimated: the better one.
-    with_laws = max((_fit_with(bare, laws, priors, state) for state in (estimated, bare.state)),
+    with_laws = max((bare.beside(laws, priors, state) for state in (estimated, bare.state)),
                     key=lambda each: each.evidence)
     log(f"whole with laws: {with_laws.evidence - bare.evidence:.1f} nats, chi-square {_medians(with_laws)}")
-    gains = hold_out(with_laws) - hold_out(bare)
+    gains, without = hold_out(with_laws) - hold_out(bare), _excess(bare)
     expected = np.sqrt(sum(expect(with_laws, law) ** 2 for law in laws.values()))
     control = _choose_control(bare, list(candidates.values()), named.findings)
-    with_control = _fit_with(bare, {control.candidate.pair: control.candidate}, {control.candidate.pair: control.prior},
-                             bare.state)
+    with_control = bare.beside({control.candidate.pair: control.candidate}, {control.candidate.pair: control.prior})
     return Confirmation(with_laws.evidence - bare.evidence, agree(gains, expected),
-                        tuple(measure(with_laws, pair) for pair in laws), _measure_gap(bare, with_laws),
-                        control.candidate.pair, _measure_gap(bare, with_control), with_laws)
+                        tuple(measure(with_laws, pair) for pair in laws), Gap(without, _excess(with_laws)),
+                        control.candidate.pair, Gap(without, _excess(with_control)), with_laws)
 
 
 def _medians(fit: Fit) -> list[float]:
@@ -188,20 +187,12 @@ def _with_knots(candidate: Candidate, law: Candidate) -> Candidate:
                                          for name, variable in candidate.variables.items()})
 
 
-def _fit_with(bare: Fit, laws: Mapping[Pair, Candidate], priors: Mapping[Pair, Prior], state: State) -> Fit:
-    return fit(bare.recorded, {**bare.laws, **laws}, {**bare.priors, **priors}, state, bare.fitted.variance)
-
-
-def _choose_control(bare: Fit, candidates: Sequence[Candidate], findings: Sequence[Finding]):  # type: ignore[no-untyped-def]
+def _choose_control(bare: Fit, candidates: Sequence[Candidate], findings: Sequence[Finding]) -> Screened:
     """Return the candidate of other quantities that gains as much as half of them: a wrong law, chosen blindly."""
     named = {pair for finding in findings for pair in (finding.pair, *finding.rivals)}
     quantities = {pair[0] for pair in named}
     screened = screen(bare, [each for each in candidates if each.pair[0] not in quantities])
     return screened[len(screened) // 2]
-
-
-def _measure_gap(bare: Fit, beside: Fit) -> Gap:
-    return Gap(_excess(bare), _excess(beside))
 
 
 def _excess(fit: Fit) -> float:

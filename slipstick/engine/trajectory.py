@@ -32,8 +32,6 @@ _TOGETHER = 20_000
 EDGE = 1e-9
 """Distance from 0 of the two knots between which a law over a switching state jumps, over the range of the law."""
 
-Kind = Literal["quantity", "input", "parameter"]
-
 
 @dataclass(frozen=True, eq=False)
 class OwnLaw:
@@ -67,7 +65,7 @@ class Problem:
     """A `system` on K instants with steps `h` in s, scalar or (K - 1,), for n runs.
 
     `inputs` and `quantities` are (n, K), or scalars; `parameters` (n, 1). Quantities also change by `laws` over own
-    variables. `sizes` are typical magnitudes by name, for numerical derivatives.
+    variables.
     """
 
     system: System
@@ -76,6 +74,11 @@ class Problem:
     quantities: Values
     parameters: Values
     laws: tuple[OwnLaw, ...] = ()
+
+    @property
+    def equations(self) -> tuple["_Equations", Namespace]:
+        """The equations, and the parameters by identifier."""
+        return _Equations(self.system, self.laws), Namespace(**self.parameters)
 
     @cached_property
     def shape(self) -> tuple[int, int]:
@@ -232,11 +235,10 @@ class Trajectory:
     outputs: np.ndarray
     A: np.ndarray
     C: np.ndarray
-    scales: np.ndarray
-    _known: dict[tuple[Kind, str], "Direction"] = field(default_factory=dict)
+    _known: dict[tuple[str, str], "Direction"] = field(default_factory=dict)
 
-    def direction(self, kind: Kind, name: str, size: float) -> "Direction":
-        """Return the derivatives with a quantity, an input or a parameter of typical `size`."""
+    def direction(self, kind: str, name: str, size: float) -> "Direction":
+        """Return the derivatives with a quantity, an input or a parameter (the `kind`) of typical `size`."""
         key = kind, name
         if key not in self._known:
             self._known[key] = _differentiate(self, kind, name, size)
@@ -249,7 +251,7 @@ class Trajectory:
         out = np.empty((n, d, size - 1))
         for rows in _parts(n, size):
             part = self.problem.take(rows)
-            equations, p = _Equations(part.system, part.laws), Namespace(**part.parameters)
+            equations, p = part.equations
             states = tuple(self.x[rows, place, :-1] for place in range(d))
             for place, state in enumerate(equations.advance(states, _ends(part.inputs), _ends(part.quantities), p,
                                                             part.h)):
@@ -290,7 +292,7 @@ def solve(problem: Problem, guess: np.ndarray | None = None) -> Trajectory:
     scales = _scales(x)
     for rows in _parts(n, size):
         part = problem.take(rows)
-        equations, p = _Equations(part.system, part.laws), Namespace(**part.parameters)
+        equations, p = part.equations
         states = tuple(x[rows, place] for place in range(d))
         here = equations.outputs(states, part.inputs, part.quantities, p)
         for place, output in enumerate(here):
@@ -300,14 +302,14 @@ def solve(problem: Problem, guess: np.ndarray | None = None) -> Trajectory:
             moved = tuple(values + by if place == state else values for place, values in enumerate(states))
             for place, output in enumerate(equations.outputs(moved, part.inputs, part.quantities, p)):
                 C[rows, place, :, state] = (output - here[place]) / by
-    return Trajectory(problem, x, y, A, C, scales)
+    return Trajectory(problem, x, y, A, C)
 
 
 def _hold_start(problem: Problem) -> np.ndarray:
     """Return the states (n, d, K) at the begin of each run, held."""
     n, size = problem.shape
-    start = _Equations(problem.system, problem.laws).start(
-        cut(problem.inputs, slice(0, 1)), cut(problem.quantities, slice(0, 1)), Namespace(**problem.parameters), (n, 1))
+    equations, p = problem.equations
+    start = equations.start(cut(problem.inputs, slice(0, 1)), cut(problem.quantities, slice(0, 1)), p, (n, 1))
     held = np.array([np.broadcast_to(state, (n, size)) for state in start])
     return np.ascontiguousarray(held.reshape(len(start), n, size).transpose(1, 0, 2))
 
@@ -347,7 +349,7 @@ def _solve_part(problem: Problem, guess: np.ndarray, A: np.ndarray, size: int) -
 
 def _improve(problem: Problem, x: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the states after a step of Newton's method, the derivatives, and the largest defects (n,) before it."""
-    equations, p, scales = _Equations(problem.system, problem.laws), Namespace(**problem.parameters), _scales(x)
+    (equations, p), scales = problem.equations, _scales(x)
     u, q = _ends(problem.inputs), _ends(problem.quantities)
     start = equations.start(cut(problem.inputs, slice(0, 1)), cut(problem.quantities, slice(0, 1)), p, (len(x), 1))
     defect, correction = (np.empty((len(x), size, x.shape[1])) for _ in range(2))
@@ -393,7 +395,7 @@ def integrate(problem: Problem, shape: tuple[int, int]) -> np.ndarray:
 
 def _differentiate_states(problem: Problem, x: np.ndarray) -> np.ndarray:
     """Return A (n, K - 1, d, d) about states (n, d, K)."""
-    equations, p = _Equations(problem.system, problem.laws), Namespace(**problem.parameters)
+    equations, p = problem.equations
     u, q = _ends(problem.inputs), _ends(problem.quantities)
     before = tuple(x[:, place, :-1] for place in range(x.shape[1]))
     following = equations.advance(before, u, q, p, problem.h)
@@ -411,7 +413,7 @@ def _fill_derivatives(equations: _Equations, states: States, following: States, 
     return A
 
 
-def _differentiate(trajectory: Trajectory, kind: Kind, name: str, size: float) -> Direction:
+def _differentiate(trajectory: Trajectory, kind: str, name: str, size: float) -> Direction:
     """Return the derivatives with a change; that of a parameter is the same at both ends of a step."""
     problem, by = trajectory.problem, DIFFERENCE * size
     (n, d, instants), o = trajectory.x.shape, trajectory.outputs.shape[1]
@@ -423,7 +425,7 @@ def _differentiate(trajectory: Trajectory, kind: Kind, name: str, size: float) -
 
     for rows in _parts(n, instants):
         part = problem.take(rows)
-        equations, p = _Equations(part.system, part.laws), Namespace(**part.parameters)
+        equations, p = part.equations
         u, q = part.inputs, part.quantities
         moved_u = changed(u) if kind == "input" else u
         moved_q = changed(q) if kind == "quantity" else q
