@@ -61,7 +61,7 @@ class ProgressLine:
         if self._is_updated:
             self._update(text, share)
         elif self._log:
-            print(f"{self.seconds:6.1f} s  {text}", file=self._stream, flush=True)
+            self._write_line(f"{self.seconds:6.1f} s  {text}")
 
     def count(self, done: int, total: int, items: str, resumed: int = 0) -> None:
         """Say that `done` of `total` items are done, `resumed` of them by an earlier run."""
@@ -73,7 +73,12 @@ class ProgressLine:
             if done >= total:
                 self._end()
         elif self._log:
-            print(line, file=self._stream, flush=True)
+            self._write_line(line)
+
+    def _write_line(self, text: str) -> None:
+        """Write a line with its end at once: `print` writes them one after the other, and Ctrl-C may come between."""
+        self._stream.write(f"{text}\n")
+        self._stream.flush()
 
     def _update(self, text: str, share: float | None) -> None:
         filled = None if share is None else round(_BAR * min(max(share, 0.0), 1.0))
