@@ -79,7 +79,8 @@ def _prepare_clutch(described: Path, recorded: Path) -> Recorded:
 
 def _translate(pair: Pair) -> Pair:
     """Return a pair of the engine in the words of the cases."""
-    return (pair[0], "twist") if pair[0] == "stick torque" else pair
+    quantity, on = pair
+    return quantity, "twist" if quantity == "stick torque" else "position" if on == "angle" else on
 
 
 def _state_law(law: Law) -> LawOfPair | None:

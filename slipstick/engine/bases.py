@@ -51,7 +51,7 @@ class Variable:
     knots: np.ndarray
     values: np.ndarray | None = None
     jumps: bool = False
-    fine: int = 1
+    fine: float = 1
 
     @property
     def families(self) -> tuple[int, ...]:
@@ -241,14 +241,20 @@ def lag(signal: np.ndarray, time: float) -> np.ndarray:
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def weigh_lags(signal, times, weights):  # type: ignore[no-untyped-def]
-    """Return the weighted sum (n, k) of what first-order lags of `times` (m,) samples leave of a signal (n, k)."""
+    """Return the weighted sum (n, k) of what first-order lags of `times` (m,) samples leave of a signal (n, k).
+
+    The signal is linear between samples.
+    """
     out, keep, state = np.zeros_like(signal), np.exp(-1 / times), np.empty(len(times))
+    slope = times * (1 - keep)  # what a lag leaves of a signal that has risen by 1 over the last sample
     for i in range(len(signal)):
-        state[:] = signal[i, 0]
+        before = signal[i, 0]
+        state[:] = before
         for t in range(signal.shape[1]):
             total, here = 0.0, signal[i, t]
+            rise, before = here - before, here
             for m in range(len(times)):
-                state[m] = here + keep[m] * (state[m] - here)
+                state[m] = here + keep[m] * (state[m] - (here - rise)) - slope[m] * rise
                 total += weights[m] * (state[m] - here)
             out[i, t] = total
     return out

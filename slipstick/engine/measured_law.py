@@ -14,9 +14,9 @@ class Law:
     """The `change` (m,) in `unit` of the quantity of a `pair`, at `x` (m,) in `on_unit`, with its `covariance` (m, m).
 
     Of a "curve", an "own" variable or a law "between" runs, x are values of the variable, between which the law is
-    linear. Of "lags" and of the "past" of a signal, they are widths of plays, dead times and time constants, and the
-    changes their weights. A law is known up to so many flat forms (nothing, a constant, a line) that parameters
-    replace: of these, it has none.
+    linear. Of "lags" and of the "past" of a signal, they are widths of plays, and dead times and time constants in
+    samples of `period` s; the changes are their weights. A law is known up to so many flat forms (nothing, a constant,
+    a line) that parameters replace: of these, it has none.
     """
 
     pair: Pair
@@ -28,16 +28,16 @@ class Law:
     covariance: np.ndarray
     known_up_to: int
     jumps: bool = False
+    period: float = 1.0
 
     @property
     def std(self) -> np.ndarray:
         """Standard errors (m,) of the changes."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
 
-    @property
-    def variable(self) -> Variable:
-        """What the law depends on, without values."""
-        return Variable(self.pair[1], self.on_unit, self.kind, self.x, jumps=self.jumps)
+    def variable(self, step: float) -> Variable:
+        """Return what the law depends on, without values, at instants with a `step` in s."""
+        return Variable(self.pair[1], self.on_unit, self.kind, self.x, jumps=self.jumps, fine=self.period / step)
 
     def at(self, x: np.ndarray) -> np.ndarray:
         """Return the changes at x, constant beyond the outermost values."""
@@ -53,4 +53,4 @@ def measure(fit: Fit, pair: Pair) -> Law:
     variable = law.variable
     return Law(pair, variable.kind, "" if law.quantity.relative else law.quantity.unit, variable.unit, variable.knots,
                onto @ fit.fitted.coefficients, onto @ fit.fitted.covariance @ onto.T, fit.priors[pair].known_up_to,
-               variable.jumps)
+               variable.jumps, fit.recorded.runs.step)

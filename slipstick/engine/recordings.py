@@ -3,17 +3,17 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import scipy
 
 from slipstick.engine.noise import Noise, estimate_loudness, estimate_sensor_noise
-from slipstick.engine.trajectory import Problem, as_tuple, solve
+from slipstick.engine.trajectory import Problem, solve
 from slipstick.errors import InvalidValue
-from slipstick.machine.declaration import Block, Machine, Namespace, identifier_of
+from slipstick.machine.declaration import Block, Machine, Namespace, as_tuple, identifier_of
 from slipstick.machine.runs import Runs
-from slipstick.machine.system import System, system_of
+from slipstick.machine.system import States, System, system_of
 
 Pair = tuple[str, str]
 """The quantity that a law changes, and what it depends on."""
@@ -28,6 +28,11 @@ _SUBSTEPS, _EXACT = (1, 2, 4, 8), 1.0
 it."""
 _STATED = 1e-3
 """Standard deviation of the mean of a condition over the runs, beside the errors of its levels."""
+_DRAWN = 25.0
+"""Samples in which a state that may come to rest is drawn to its measured value: where it rests a moment too long or
+too short, a simulation never comes back to the recording, and has no slope that would tell why."""
+_MEASURED = "measured_"
+"""What the name of an input has before that of the state that is drawn to it."""
 _FEW = 4
 """Runs that a stated level needs on average, to have an error of its own."""
 
@@ -164,11 +169,13 @@ class Recorded:
         return values if values.ndim == 1 else refine(values, part.fine)
 
 
-def prepare(machine: Machine, runs: Runs, values: Mapping[str, float] | None = None) -> Recorded:
+def prepare(machine: Machine, runs: Runs, values: Mapping[str, float] | None = None,
+            is_free: bool = False) -> Recorded:
     """Return a machine with its recorded runs, at nominal `values` of its parameters by name.
 
-    Raises `InvalidValue` where a parameter has no value, or a signal has no noise. A block of which a signal or an
-    input was not recorded is left out.
+    States that may come to rest are drawn to the recordings, unless the simulation `is_free`. A block of which a signal
+    or an input was not recorded is left out. Raises `InvalidValue` where a parameter has no value, or a signal has no
+    noise.
     """
     signals = {name: np.asarray(value, float) for name, value in runs.signals.items()}
     noise = {name: estimate_sensor_noise(name, value) for name, value in signals.items()}
@@ -176,7 +183,7 @@ def prepare(machine: Machine, runs: Runs, values: Mapping[str, float] | None = N
     known = {*signals, *runs.commands, *runs.conditions, *runs.channels}
     blocks = [block for block in machine.blocks if set(block.signals) <= set(signals) and set(block.reads) <= known]
     nominal = _find_nominal(machine, blocks, runs, signals, values or {})
-    parts = tuple(_prepare_part(block, machine, runs, signals, smooth, noise, nominal) for block in blocks)
+    parts = tuple(_prepare_part(block, machine, runs, signals, smooth, noise, nominal, is_free) for block in blocks)
     within = _list_signals(machine, runs, smooth)
     read = {name for block in blocks for name in block.reads}
     random, shared = _list_terms(machine, runs, parts, read)
@@ -244,7 +251,7 @@ def _find_nominal(machine: Machine, blocks: Sequence[Block], runs: Runs, signals
 
 def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[str, np.ndarray],
                   smooth: Mapping[str, np.ndarray], noise: Mapping[str, Noise],
-                  nominal: Mapping[str, np.ndarray]) -> Part:
+                  nominal: Mapping[str, np.ndarray], is_free: bool) -> Part:
     conditions = {each.name for each in machine.conditions}
     parameters = {identifier_of(name): nominal[name] for name in
                   (*(each.name for each in block.parameters), *(name for name in block.reads if name in conditions))}
@@ -267,7 +274,7 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
                 shape = len(runs), len(runs.time)
                 commands[name] = refine(np.broadcast_to(channel.reshape(len(runs), -1), shape), fine)
         measured = [name for name in block.reads if name in signals]
-        return Part(block, system_of(block), runs.step / fine, fine,
+        part = Part(block, system_of(block), runs.step / fine, fine,
                     {identifier_of(name): value for name, value in
                      {**commands, **{name: refine(straighten(signals[name]), fine) for name in measured}}.items()},
                     {identifier_of(name): value for name, value in
@@ -276,6 +283,7 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
                     np.stack([signals[name] for name in block.signals], axis=1), counted,
                     tuple(noise[name] for name in block.signals), np.ones((len(runs), len(block.signals))),
                     np.stack([loudness[name] for name in measured], axis=1) if measured else np.ones((len(runs), 0)))
+        return part if is_free else _draw(part, _DRAWN * runs.step, signals, smooth)
 
     if not block.states:
         return at(1)
@@ -289,6 +297,30 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
             return coarse
         coarse, before = finer, after
     return coarse
+
+
+def _draw(part: Part, time: float, signals: Mapping[str, np.ndarray], smooth: Mapping[str, np.ndarray]) -> Part:
+    """Return a part whose states that may come to rest are drawn to their measured values within a `time` in s.
+
+    This is a model in innovations form (Ljung, System Identification, 1999, section 4.3) with a fixed gain.
+    """
+    drawn = [name for name in part.block.switches if name in part.signals]
+    if not drawn:
+        return part
+    places = [part.block.states.index(name) for name in drawn]
+
+    def rate(x: Any, u: Any, q: Any, p: Any) -> States:
+        rates = list(as_tuple(part.system.rate(x, u, q, p)))
+        for place, name in zip(places, drawn, strict=True):
+            rates[place] = rates[place] + (getattr(u, _MEASURED + identifier_of(name))
+                                           - getattr(x, identifier_of(name))) / time
+        return tuple(rates)
+
+    def refined(known: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        return {_MEASURED + identifier_of(name): refine(known[name], part.fine) for name in drawn}
+
+    return replace(part, system=replace(part.system, rate=rate), inputs={**part.inputs, **refined(signals)},
+                   smooth={**part.smooth, **refined(smooth)})
 
 
 def pose_nominal(part: Part) -> Problem:

@@ -1,7 +1,7 @@
 """Which laws recordings ask for: forward selection by evidence and by agreement of the runs, and then backward."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,9 +11,10 @@ from slipstick.engine.evidence import Screened, agree, expect, hold_out, screen
 from slipstick.engine.fit import Fit, Prior, fit, join
 from slipstick.engine.laws import Candidate, list_candidates, list_curves
 from slipstick.engine.model import State, nominal_own_values
-from slipstick.engine.noise import draw_noise, estimate_loudness, estimate_residual_noise
+from slipstick.engine.noise import Noise, draw_noise, estimate_loudness, estimate_residual_noise
 from slipstick.engine.recordings import Pair, Part, Recorded, explain
 from slipstick.engine.settings import EngineSettings
+from slipstick.machine.declaration import identifier_of
 
 Log = Callable[[str], None]
 _SLOWLY = 30.0
@@ -236,10 +237,19 @@ def _renew(fits: Sequence[Fit], settings: EngineSettings) -> list[Fit]:
     explained = {signal: signals[:, place] for each in fits for part in each.recorded.parts
                  if part.block.states and not _is_unexplained(each.chi_square[part.name], settings)
                  for signals in [_explain(each, part.name)] for place, signal in enumerate(part.signals)}
-    renewed = list[Fit]()
-    for each in fits:
-        renewed.append(each.again(explain(renew_noise(each), explained)))
-    return renewed
+    quiet = [renew_noise(each) for each in fits]
+    given = {identifier_of(signal): (part.sensors[place], part.loudness[:, place])
+             for each in quiet for part in each.parts for place, signal in enumerate(part.signals)}
+    return [each.again(explain(replace(recorded, parts=tuple(_hear(part, given) for part in recorded.parts)),
+                               explained)) for each, recorded in zip(fits, quiet, strict=True)]
+
+
+def _hear(part: Part, given: Mapping[str, tuple[Noise, np.ndarray]]) -> Part:
+    """Return a part whose measured inputs have the noise that the parts show which give them, by identifier."""
+    heard = {name: given.get(name, (noise, part.input_loudness[:, place]))
+             for place, (name, noise) in enumerate(part.noise.items())}
+    return replace(part, noise={name: noise for name, (noise, _) in heard.items()}, input_loudness=np.stack(
+        [loudness for _, loudness in heard.values()], axis=1) if heard else part.input_loudness)
 
 
 def _explain(fit: Fit, name: str) -> np.ndarray:

@@ -61,7 +61,7 @@ def _evaluate(law: Law, commands: Mapping[str, Profile], values: Mapping[str, fl
     """Return a law (n, K), or (n, 1) over what is constant in a run."""
     on = law.pair[1]
     if law.kind == "past" and on.removeprefix("past ") in commands:
-        variable = law.variable
+        variable = law.variable(float(instants[1] - instants[0]))
         return variable.weigh(law.change, len(instants), commands[on.removeprefix("past ")].at(instants))
     if on in commands:
         return law.at(commands[on].at(instants))

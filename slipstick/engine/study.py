@@ -137,7 +137,7 @@ def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:
 def _confirm(machine: Machine, runs: Runs, values: Mapping[str, float] | None, named: Identification,
              log: Log) -> Confirmation:
     blocks = join(named.fits)
-    whole = prepare(compose(machine), runs, values).take(blocks.recorded.rows)
+    whole = prepare(compose(machine), runs, values, is_free=True).take(blocks.recorded.rows)
     noise = {signal: part.sensors[place] for part in blocks.recorded.parts for place, signal in enumerate(part.signals)}
     loud = {signal: part.loudness[:, place] for part in blocks.recorded.parts
             for place, signal in enumerate(part.signals)}

@@ -20,12 +20,12 @@ from typing import Any, Literal
 import numpy as np
 from numba import njit
 
-from slipstick.machine.declaration import Namespace
+from slipstick.machine.declaration import Namespace, as_tuple
 from slipstick.machine.system import States, System, Values
 
 DIFFERENCE = 1e-6
 """Step of numerical derivatives, over the size of what is changed."""
-_NEWTON, _CONVERGED = 60, 1e-6
+_NEWTON, _CONVERGED = 10, 1e-6
 """Most Newton steps, and the largest defect over the size of the states before the last one."""
 _TOGETHER = 20_000
 """Samples that are evaluated at once: the arrays of a Runge-Kutta step then stay in the cache."""
@@ -100,11 +100,6 @@ def cut(values: Values, instants: slice) -> dict[str, Any]:
     """Return values at some instants; what is constant in a run stays."""
     return {name: value[:, instants] if np.ndim(value) == 2 and value.shape[1] > 1 else value
             for name, value in values.items()}
-
-
-def as_tuple(values: Any) -> tuple[Any, ...]:
-    """Return what a declared function returns as a tuple."""
-    return values if isinstance(values, tuple) else (values,)
 
 
 def _ends(values: Values) -> tuple[Values, Values]:
@@ -286,9 +281,13 @@ def solve(problem: Problem, guess: np.ndarray | None = None) -> Trajectory:
     A, C = np.empty((n, size - 1, d, d)), np.empty((n, o, size, d))
     if guess is None:
         guess = _hold_start(problem)
-    for rows in _parts(n, size):
-        part = problem.take(rows)
-        x[rows] = _solve_part(part, guess[rows], A[rows], size)
+    x[:] = guess
+    if d:
+        unsolved = np.concatenate([rows.start + _solve_part(problem.take(rows), x[rows], A[rows], size)
+                                   for rows in _parts(n, size)])
+        if len(unsolved):  # all at once: a step takes as long for many runs as for one
+            x[unsolved] = integrate(problem.take(unsolved), (len(unsolved), size))
+            A[unsolved] = _differentiate_states(problem.take(unsolved), x[unsolved])
     scales = _scales(x)
     for rows in _parts(n, size):
         part = problem.take(rows)
@@ -327,24 +326,20 @@ def _parts(n: int, size: int) -> list[slice]:
     return [slice(first, min(n, first + together)) for first in range(0, n, together)]
 
 
-def _solve_part(problem: Problem, guess: np.ndarray, A: np.ndarray, size: int) -> np.ndarray:
-    """Return the states (n, d, K), and fill A; runs are left alone as soon as their trajectories are solved.
+def _solve_part(problem: Problem, x: np.ndarray, A: np.ndarray, size: int) -> np.ndarray:
+    """Improve the states x (n, d, K) of some runs in place, fill A, and return the places of runs that are unsolved.
 
-    A step by Newton's method is exact up to the first instant at which a slope jumps between iterate and solution, so
-    that some runs need as many steps as there are such instants.
+    Runs are left alone as soon as their trajectories are solved. A step by Newton's method is exact up to the first
+    instant at which a slope jumps between iterate and solution, so that some runs need as many steps as there are such
+    instants.
     """
-    x, left = guess.copy(), np.arange(len(guess))
-    if not problem.system.states:
-        return x
+    left = np.arange(len(x))
     for _ in range(_NEWTON):
         x[left], A[left], off = _improve(problem if len(left) == len(x) else problem.take(left), x[left], size)
         left = left[~(off <= _CONVERGED)]
         if not len(left):
-            return x
-    part = problem.take(left)
-    x[left] = integrate(part, (len(left), size))
-    A[left] = _differentiate_states(part, x[left])
-    return x
+            break
+    return left
 
 
 def _improve(problem: Problem, x: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -42,6 +42,11 @@ def identifier_of(name: str) -> str:
     return re.sub(r"\W", "_", name)
 
 
+def as_tuple(values: Any) -> tuple[Any, ...]:
+    """Return what a declared function returns as a tuple."""
+    return values if isinstance(values, tuple) else (values,)
+
+
 @dataclass(frozen=True)
 class Parameter:
     """A constant of the equations in `unit`, which may scatter between runs.

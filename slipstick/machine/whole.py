@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.errors import InvalidValue
-from slipstick.machine.declaration import Block, Machine, Namespace, identifier_of
+from slipstick.machine.declaration import Block, Machine, Namespace, as_tuple, identifier_of
 
 
 def compose(machine: Machine, name: str = "whole") -> Machine:
@@ -17,14 +17,15 @@ def compose(machine: Machine, name: str = "whole") -> Machine:
     """
     givers = dict[str, Block]()
     for block in sorted(machine.blocks, key=lambda block: not block.states):
-        givers.setdefault(block.signals[0], block)
-    blocks = sort_blocks(tuple(givers.values()))
+        for signal in block.signals:
+            givers.setdefault(signal, block)
+    blocks = sort_blocks(tuple(dict.fromkeys(givers.values())))
     states = tuple(state for block in blocks for state in block.states)
     for state in states:
         if states.count(state) > 1:
             raise InvalidValue(f"Two blocks of the machine '{machine.name}' have a state '{state}'",
                                "Rename one of them")
-    given = tuple(block.signals[0] for block in blocks)
+    given = tuple(dict.fromkeys(signal for block in blocks for signal in block.signals))
     reads = tuple(dict.fromkeys(name for block in blocks for name in block.reads if name not in given))
     whole = Block(
         name, gives=given, reads=reads, states=states,
@@ -51,10 +52,10 @@ def sort_blocks(blocks: tuple[Block, ...]) -> tuple[Block, ...]:
     """
     left, ordered = list(blocks), list[Block]()
     while left:
-        waiting = {block.signals[0] for block in left}
+        waiting = {signal for block in left for signal in block.signals}
         ready = [block for block in left if block.output_function is None or not waiting & set(block.reads)]
         if not ready:
-            loop = ", ".join(f"'{block.signals[0]}'" for block in left)
+            loop = ", ".join(f"'{signal}'" for block in left for signal in block.signals)
             raise InvalidValue(f"The signals {loop} form an algebraic loop: each is computed from another one of them",
                                "Give one of the blocks a state, such as a short lag")
         ordered += ready
@@ -67,8 +68,10 @@ def _name_signals(blocks: tuple[Block, ...], x: Any, u: Any, q: Any, p: Any) -> 
     known = Namespace(**vars(u))
     for block in blocks:
         output = block.output_function
-        value = output(x, known, q, p) if output else getattr(x, identifier_of(block.states[0]))
-        setattr(known, identifier_of(block.signals[0]), value)
+        values = output(x, known, q, p) if output else getattr(x, identifier_of(block.states[0]))
+        for signal, value in zip(block.signals, as_tuple(values), strict=True):
+            if not hasattr(known, identifier_of(signal)):  # which a block before it gives
+                setattr(known, identifier_of(signal), value)
     return known
 
 
@@ -77,8 +80,7 @@ def _join_rates(blocks: tuple[Block, ...]) -> Callable[[Any, Any, Any, Any], Any
         known, rates = _name_signals(blocks, x, u, q, p), list[Any]()
         for block in blocks:
             if block.rate_function is not None:
-                own = block.rate_function(x, known, q, p)
-                rates += own if isinstance(own, tuple) else (own,)
+                rates += as_tuple(block.rate_function(x, known, q, p))
         return tuple(rates)
 
     return rate
@@ -88,8 +90,7 @@ def _join_starts(blocks: tuple[Block, ...]) -> Callable[[Any, Any, Any], Any]:
     def start(u: Any, q: Any, p: Any) -> tuple[Any, ...]:
         begins = list[Any]()
         for block in blocks:
-            own = block.start_function(u, q, p) if block.start_function else (0.0,) * len(block.states)
-            begins += own if isinstance(own, tuple) else (own,)
+            begins += as_tuple(block.start_function(u, q, p) if block.start_function else (0.0,) * len(block.states))
         return tuple(begins)
 
     return start

@@ -1,5 +1,7 @@
 """A motor with permanent magnets: voltage and speed drive the current, current the shaft with friction and a load."""
 
+import numpy as np
+
 from slipstick.machine import Block, Command, Condition, Machine, Parameter, Quantity, Sensor
 
 CONSTANT = Parameter("motor constant", "N m/A", value=0.05)
@@ -21,7 +23,7 @@ def change_current(x, u, q, p):
 
 
 shaft = Block("shaft", gives="speed", reads=("current", "load torque"), states=("speed", "position"),
-              switches=("speed",),
+              switches=("speed",), derived={"angle": lambda x, u, p: np.mod(x.position, 2 * np.pi)},
               parameters=(CONSTANT, Parameter("rotor inertia", "kg m^2", value=1e-4, within=0.03),
                           Parameter("viscous coefficient", "N m s", value=5e-5, scatter=0.1),
                           Parameter("dry torque", "N m", value=0.015)),

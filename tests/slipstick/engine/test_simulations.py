@@ -84,11 +84,10 @@ def test_laws_are_those_of_scipy(on: str) -> None:
     assert np.abs(simulated - plain).max() > 0.01
 
 
-@pytest.mark.xfail(reason="Times of a law over the past are in samples; the simulation takes them as in its steps")
 def test_a_law_over_the_past_does_not_depend_on_the_steps() -> None:
     variable = past("voltage", "V", COMMANDS["voltage"].at(TIME), 1)
     change = np.random.default_rng(1).standard_normal(len(variable.knots)) * 3e-3
-    taken = law(("pump flow", "past voltage"), variable.knots, change, "past")
+    taken = replace(law(("pump flow", "past voltage"), variable.knots, change, "past"), period=TIME[1] - TIME[0])
     signals = [simulate(TANKS, TIME, COMMANDS, START, [taken], fine)["level 1"] for fine in (1, 2, 4)]
     plain = simulate(TANKS, TIME, COMMANDS, START)["level 1"]
     reach = np.abs(signals[0] - plain).max()
@@ -163,7 +162,6 @@ def test_a_whole_is_composed_of_what_its_blocks_have() -> None:
     np.testing.assert_allclose(swapped, simulate(TANKS, TIME, COMMANDS, START)["level 2"], atol=1e-9)
 
 
-@pytest.mark.xfail(reason="A whole takes the first signal of each block, and a tuple for it", raises=ValueError)
 def test_a_block_of_several_signals_gives_them_in_the_whole() -> None:
     both = Block("both", gives=("a", "b"), reads=("command",), states=("store",),
                  rate_function=lambda x, u, q, p: u.command - x.store,
