@@ -15,14 +15,18 @@ import scipy
 from slipstick.engine.bases import WALKS, flat_forms, form_root, smooth_root
 from slipstick.engine.laws import Candidate
 from slipstick.engine.linear_model import Fitted, Gram, estimate, marginalise, restricted_likelihood
-from slipstick.engine.model import PartModel, State, build_part, key_of_law, key_of_term, touches
+from slipstick.engine.model import PartModel, State, build_part, key_of_law, key_of_term, move_part, touches
 from slipstick.engine.recordings import Pair, Recorded
 from slipstick.errors import InvalidValue
 
 AMPLITUDES = np.geomspace(1e-4, 10, 101)
 """Grid of the amplitude of a law, in units of its size."""
-_STEPS, _HALVINGS = 12, 5
-"""Most Gauss-Newton steps, and most halvings of one."""
+_BUILDS, _STEPS, _TRIALS = 10, 10, 4
+"""Most times that columns are computed, most steps with the same ones, and most trials of a step, each half as long."""
+_SHRUNK = 0.5
+"""Share of what the step before has promised above which columns are computed anew."""
+_HOPED = 3.0
+"""Times what a step promises that a fit may still gain."""
 _SETTLED = 0.1
 """Nats that a step promises, or by which it may lower the posterior, at which a fit ends: no decision depends on it."""
 _FIRST, _LEAST = 1e-4, 1e-10
@@ -109,7 +113,8 @@ class Fit:
     """A machine's parts with `laws` at a `state`: the linear `models` of the parts, the mixed model, and its evidence.
 
     `evidence` is the log marginal likelihood in nats, up to a constant of data and noise. `turn` maps the coefficients
-    of the mixed model to raw ones. `converged` tells that the last step promised nothing more.
+    of the mixed model to raw ones. `promised` are the nats that another step promises; `converged` tells that these are
+    few enough.
     """
 
     recorded: Recorded
@@ -121,6 +126,7 @@ class Fit:
     fitted: Fitted
     turn: np.ndarray
     evidence: float
+    promised: float
     converged: bool
 
     @property
@@ -154,15 +160,15 @@ class Fit:
         """Means (r,) of the random terms over the runs."""
         return self.fitted.coefficients[:len(self.recorded.random)]
 
-    def again(self, recorded: Recorded | None = None) -> "Fit":
+    def again(self, recorded: Recorded | None = None, settled: float = _SETTLED) -> "Fit":
         """Return the fit from here on, or that of the same runs with another noise."""
-        return fit(recorded or self.recorded, self.laws, self.priors, self.state, self.fitted.variance)
+        return fit(recorded or self.recorded, self.laws, self.priors, self.state, self.fitted.variance, settled)
 
     def beside(self, laws: Mapping[Pair, Candidate], priors: Mapping[Pair, Prior], state: State | None = None,
-               settled: float = _SETTLED) -> "Fit":
+               settled: float = _SETTLED, needed: float = -np.inf) -> "Fit":
         """Return the fit with further laws from here on, or from another state."""
         return fit(self.recorded, {**self.laws, **laws}, {**self.priors, **priors}, state or self.state,
-                   self.fitted.variance, settled)
+                   self.fitted.variance, settled, needed)
 
 
 def begin(recorded: Recorded) -> State:
@@ -172,47 +178,69 @@ def begin(recorded: Recorded) -> State:
 
 
 def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair, Prior], state: State | None = None,
-        variance: np.ndarray | None = None, settled: float = _SETTLED) -> Fit:
+        variance: np.ndarray | None = None, settled: float = _SETTLED, needed: float = -np.inf) -> Fit:
     """Fit the parts with laws from a state on, where laws that it lacks are 0; priors of curves are kept.
 
-    The fit ends where a step promises less than `settled` nats.
+    The fit ends where a step promises less than `settled` nats, or less than the evidence that is `needed`. Columns are
+    kept over the steps as long as each promises much less than the one before (a chord method: Kelley, Iterative
+    Methods for Linear and Nonlinear Equations, 1995, section 5.4.1), and are those of the state where it ends.
     """
     state = state or begin(recorded)
     variance = np.full(len(recorded.random), _FIRST) if variance is None else np.maximum(variance, _FIRST * 1e-4)
     widest = _BEYOND * np.array([term.widest for term in recorded.random])
     state = replace(state, laws={pair: state.laws.get(pair, np.zeros(law.count)) for pair, law in laws.items()})
-    priors, best, here, halvings = dict(priors), None, None, 0
-    for _ in range(_STEPS):
+    best: Fit | None = None
+    for _ in range(_BUILDS):
         models = {part.name: build_part(recorded, part, state, laws) for part in recorded.parts}
-        state = replace(state, tracks={name: model.track for name, model in models.items()})
-        products = assemble(recorded, models, laws, state)
-        is_finite = bool(np.isfinite(products.values).all())
-        reached = _posterior_at(products, laws, priors, state, variance) if is_finite else -np.inf
-        if here is not None and reached < here[0] - settled and halvings < _HALVINGS:
-            state, halvings = _halfway(here[1], state), halvings + 1
-            continue
-        if not is_finite or (here is not None and halvings == _HALVINGS):
+        before, number = np.inf, 0
+        for number in range(_STEPS):
+            state = replace(state, tracks={name: model.track for name, model in models.items()})
+            products = assemble(recorded, models, laws, state)
+            if not np.isfinite(products.values).all():
+                break
+            priors = adapt_priors(products, laws, priors, variance)
+            gram, turn = products.gram([priors[pair].root(law) for pair, law in laws.items()])
+            fitted = estimate(gram, variance)
+            variance = np.clip(fitted.variance, _LEAST * widest**2, widest**2)
+            promised = fitted.posterior - fitted.at(_inside(turn, fitted, state, laws)).posterior
+            if number == 0:
+                evidence = restricted_likelihood(gram, fitted.variance) - promised
+                current = Fit(recorded, dict(laws), dict(priors), state, models, products, fitted, turn, evidence,
+                              promised, promised < settled)
+                if best is None or current.evidence > best.evidence:
+                    best = current
+                if current.converged or evidence + _HOPED * promised < needed:
+                    return best
+            elif promised < settled or promised > _SHRUNK * before:
+                break
+            there = _descend(recorded, models, laws, priors, variance, state,
+                             _moved(recorded, laws, fitted, turn, state), products, settled)
+            if there is None:
+                break
+            (state, models), before = there, promised
+        if number == 0:  # no way leads on
             break
-        halvings = 0
-        priors = adapt_priors(products, laws, priors, variance)
-        gram, turn = products.gram([priors[pair].root(law) for pair, law in laws.items()])
-        fitted = estimate(gram, variance)
-        variance = np.clip(fitted.variance, _LEAST * widest**2, widest**2)
-        at_state = fitted.at(_inside(turn, fitted, state, laws))
-        promised = fitted.posterior - at_state.posterior
-        evidence = restricted_likelihood(gram, fitted.variance) - promised
-        current = Fit(recorded, dict(laws), dict(priors), state, models, products, fitted, turn, evidence,
-                      promised < settled)
-        if best is None or current.evidence > best.evidence:
-            best = current
-        if current.converged:
-            break
-        here = _posterior_at(products, laws, priors, state, variance), state
-        state = _moved(recorded, laws, fitted, turn, state)
     if best is None:
         raise InvalidValue("The equations have no finite solution at the parameters at which a fit begins",
                            "Check the nominal values of the parameters, and the equations at the largest inputs")
     return best
+
+
+def _descend(recorded: Recorded, models: Mapping[str, PartModel], laws: Mapping[Pair, Candidate],
+             priors: Mapping[Pair, Prior], variance: np.ndarray, here: State, there: State, products: Products,
+             settled: float) -> tuple[State, dict[str, PartModel]] | None:
+    """Return the state on the way from `here` to `there` at which the posterior is not lower, with models there.
+
+    The models have the columns of those that are given. None is returned where no halved step is good enough.
+    """
+    least = _posterior_at(products, laws, priors, here, variance) - settled
+    for _ in range(_TRIALS):
+        moved = {name: move_part(recorded, model, there) for name, model in models.items()}
+        reached = assemble(recorded, moved, laws, there)
+        if np.isfinite(reached.values).all() and _posterior_at(reached, laws, priors, there, variance) >= least:
+            return there, moved
+        there = _halfway(here, there)
+    return None
 
 
 def join(fits: Sequence[Fit]) -> Fit:
@@ -236,7 +264,8 @@ def join(fits: Sequence[Fit]) -> Fit:
     gram, turn = products.gram([priors[pair].root(law) for pair, law in laws.items()])
     variance = np.concatenate([each.fitted.variance for each in fits])
     return Fit(recorded, laws, priors, state, models, products, estimate(gram, variance, fixed=True), turn,
-               sum(each.evidence for each in fits), all(each.converged for each in fits))
+               sum(each.evidence for each in fits), sum(each.promised for each in fits),
+               all(each.converged for each in fits))
 
 
 def assemble(recorded: Recorded, models: Mapping[str, PartModel], laws: Mapping[Pair, Candidate],

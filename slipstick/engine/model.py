@@ -130,6 +130,32 @@ def _read_own(problem: Problem, x: np.ndarray) -> dict[str, np.ndarray]:
 
 def build_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate]) -> PartModel:
     """Return the linear model of a part with the `laws` of a state."""
+    model = _predict(recorded, part, state, laws)
+    model = replace(model, carried=_carry(part, model.trajectory))
+    terms = [term for term in (*recorded.random, *recorded.shared) if touches(term, part)]
+    keys = tuple(dict.fromkeys([key_of_term(term) for term in terms]
+                               + [key_of_law(law, part) for law in model.laws.values() if is_between(law)]))
+    columns = [_row(model, key, recorded) for key in keys]
+    places, first = dict[Pair, slice](), len(keys)
+    for pair, law in model.laws.items():
+        if not is_between(law):
+            columns.append(model.law_columns(law))
+            places[pair] = slice(first, first + law.count)
+            first += law.count
+    rows = model.white(np.concatenate([*columns, model.residual[:, None]], axis=1))
+    return replace(model, keys=keys, places=places, rows=rows)
+
+
+def move_part(recorded: Recorded, model: PartModel, state: State) -> PartModel:
+    """Return the model of a part at another state with the columns that it has: with another residual alone."""
+    there = _predict(recorded, model.part, state, model.laws)
+    rows = model.rows.copy()
+    rows[:, -1:] = model.white(there.residual[:, None])
+    return replace(there, carried=model.carried, keys=model.keys, places=model.places, rows=rows)
+
+
+def _predict(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate]) -> PartModel:
+    """Return the model of a part at a state, without rows."""
     laws = {pair: law for pair, law in laws.items() if part.name in law.variables}
     measured_track, smooth_track = state.tracks.get(part.name) or (guess_track(part),) * 2
     trajectory = solve(_pose(recorded, part, state, laws, part.smooth), smooth_track)
@@ -140,23 +166,11 @@ def build_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair,
     if not part.system.states:
         signals = np.where(part.counted, signals, np.stack([recorded.signals[name] for name in part.signals], axis=1))
     clocks = tuple(_clock(recorded, clock_of(part, signal), state) for signal in part.signals)
-    model = PartModel(part, state, laws, trajectory, signals, np.empty(0), clocks, _carry(part, trajectory), (), {},
-                      np.empty(0), (driven.x, trajectory.x))
+    model = PartModel(part, state, laws, trajectory, signals, np.empty(0), clocks, None, (), {}, np.empty(0),
+                      (driven.x, trajectory.x))
     # The errors and the lateness of sensors are those of the smooth signals: a late noise would be an average.
     read = model.late(signals + sensor_errors(model, signals)) - signals[:, :, ::part.fine]
-    model = replace(model, predicted=read + driven.outputs[:, :, ::part.fine])
-    terms = [term for term in (*recorded.random, *recorded.shared) if touches(term, part)]
-    keys = tuple(dict.fromkeys([key_of_term(term) for term in terms]
-                               + [key_of_law(law, part) for law in laws.values() if is_between(law)]))
-    columns = [_row(model, key, recorded) for key in keys]
-    places, first = dict[Pair, slice](), len(keys)
-    for pair, law in laws.items():
-        if not is_between(law):
-            columns.append(model.law_columns(law))
-            places[pair] = slice(first, first + law.count)
-            first += law.count
-    rows = model.white(np.concatenate([*columns, model.residual[:, None]], axis=1))
-    return replace(model, keys=keys, places=places, rows=rows)
+    return replace(model, predicted=read + driven.outputs[:, :, ::part.fine])
 
 
 def touches(term: Term, part: Part) -> bool:

@@ -24,6 +24,8 @@ _TEMPERED = 6
 _SETTLED, _ROUGH = 0.1, 0.005
 """Nats that a step of a trial may still promise: at least, and over those that its candidate gains by a linear
 model."""
+_TIED = 0.8
+"""Share of the nats of the best candidate below which another one is not fitted to the end."""
 _NEAR = 0.5
 """Share of the nats of a finding from which a candidate is fitted in full: few coefficients gain less than many."""
 
@@ -111,7 +113,10 @@ class _Search:
         groups = self._groups(ranked[0].candidate)
         near = [each for each in ranked if each.nats > self.settings.nats * _NEAR
                 and set(self._groups(each.candidate)) & set(groups)][:self.settings.rivals]
-        trials = sorted((self._try(each) for each in near), key=lambda trial: -trial.finding.nats)
+        trials = list[_Trial]()
+        for each in near:
+            trials.append(self._try(each, max((trial.finding.nats for trial in trials), default=0.0)))
+        trials.sort(key=lambda trial: -trial.finding.nats)
         passing = [trial for trial in trials if self._is_enough(trial)]
         if not passing:
             self.closed |= set(groups)
@@ -125,13 +130,13 @@ class _Search:
 
     def _accept(self, better: Fit) -> None:
         """Take a fit with a further law, without earlier laws whose loss it makes good."""
-        better = temper(better.again(), self.settings)
+        better = temper(better, self.settings)
         for finding in self.findings[:-1]:
             if finding.pair not in better.laws:
                 continue
             laws = {pair: law for pair, law in better.laws.items() if pair != finding.pair}
             rest = fit(better.recorded, laws, {pair: better.priors[pair] for pair in laws}, better.state,
-                       better.fitted.variance)
+                       better.fitted.variance, needed=better.evidence - self.settings.nats)
             errors = agree(hold_out(better) - hold_out(rest), expect(better, better.laws[finding.pair]))
             if better.evidence - rest.evidence < self.settings.nats or errors < self.settings.errors:
                 self.findings.remove(finding)
@@ -166,10 +171,12 @@ class _Search:
     def _groups(self, candidate: Candidate) -> tuple[Group, ...]:
         return tuple(group for group in self.fits if set(group) & set(candidate.variables))
 
-    def _try(self, screened: Screened) -> _Trial:
+    def _try(self, screened: Screened, reached: float) -> _Trial:
+        """Fit a candidate in full, unless it stays far behind what another one has `reached` in nats."""
         candidate, groups = screened.candidate, self._groups(screened.candidate)
         base, pair = self._base(groups), screened.candidate.pair
-        full = base.beside({pair: candidate}, {pair: screened.prior}, settled=max(_SETTLED, _ROUGH * screened.nats))
+        full = base.beside({pair: candidate}, {pair: screened.prior}, settled=max(_SETTLED, _ROUGH * screened.nats),
+                           needed=base.evidence + _TIED * reached)
         gains, expected = hold_out(full) - hold_out(base), expect(full, candidate)
         finding = Finding(pair, full.evidence - base.evidence, agree(gains, expected), (), gains)
         self.log(f"full {pair} {finding.nats:.1f} errors {finding.errors:.1f} held out {gains.sum():.1f} "
@@ -178,7 +185,8 @@ class _Search:
 
     def _is_enough(self, trial: _Trial) -> bool:
         before = [finding.nats for finding in self.findings if finding.pair in trial.base.laws]
-        least = max([self.settings.nats, *(self.settings.further * nats for nats in before)])
+        # What the fit without the law has not reached is no merit of the law.
+        least = max([self.settings.nats, *(self.settings.further * nats for nats in before)]) + trial.base.promised
         return trial.finding.nats > least and trial.finding.errors > self.settings.errors
 
     def _is_tied(self, best: _Trial, other: _Trial) -> bool:
