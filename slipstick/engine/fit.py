@@ -46,16 +46,25 @@ class Prior:
     """Amplitude of a law, in units of its size, and standard deviation of its walk over that of its line.
 
     The law is known up to so many flat forms, which parameters replace: nothing, a constant, or a line. A prior with a
-    `length`, in knots, is that of a smooth curve and does not change.
+    `length`, in knots, is that of a smooth curve, and one with a `form` (m, r) is a combination of its columns; neither
+    changes.
     """
 
     amplitude: float = 0.0
     walk: float = 0.0
     known_up_to: int = 0
     length: float = 0.0
+    form: np.ndarray | None = None
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether the prior is not estimated."""
+        return bool(self.length) or self.form is not None
 
     def root(self, law: Candidate) -> np.ndarray:
         """Return L (m, r) with L L' the covariance of the m coefficients of a law."""
+        if self.form is not None:
+            return self.amplitude * self.form
         if self.length:
             return self.amplitude * smooth_root(law.count, self.length)
         return self.amplitude * form_root(law.families, self.walk, self.known_up_to)
@@ -179,7 +188,7 @@ def begin(recorded: Recorded) -> State:
 
 def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair, Prior], state: State | None = None,
         variance: np.ndarray | None = None, settled: float = _SETTLED, needed: float = -np.inf) -> Fit:
-    """Fit the parts with laws from a state on, where laws that it lacks are 0; priors of curves are kept.
+    """Fit the parts with laws from a state on, where laws that it lacks are 0; some priors are kept.
 
     The fit ends where a step promises less than `settled` nats, or less than the evidence that is `needed`. Columns are
     kept over the steps as long as each promises much less than the one before (a chord method: Kelley, Iterative
@@ -332,7 +341,7 @@ def adapt_priors(products: Products, laws: Mapping[Pair, Candidate], priors: Map
     """Return the priors with amplitude and smoothness of each law of the largest evidence, beside the others."""
     adapted = dict(priors)
     for number, (pair, law) in enumerate(laws.items()):
-        if not adapted[pair].length:
+        if not adapted[pair].is_kept:
             roots = [np.eye(law.count) if other == pair else adapted[other].root(each)
                      for other, each in laws.items()]
             gram, _ = products.gram(roots)

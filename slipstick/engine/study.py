@@ -13,6 +13,7 @@ import numpy as np
 
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, screen
 from slipstick.engine.fit import Fit, join
+from slipstick.engine.kinds import KindOfLaw, find_kind
 from slipstick.engine.laws import Candidate, list_candidates
 from slipstick.engine.linear_model import solve
 from slipstick.engine.measured_law import Law, measure
@@ -79,12 +80,14 @@ class ParameterEstimate:
 class MachineStudy:
     """What recordings of a machine ask for, the measured `laws`, and how the whole machine confirms them.
 
+    `kinds` are those of the laws that a kind explains as well; a law without one stays a measured law.
     `confirmation` is missing where nothing was found, or only errors of sensors that nothing else reads.
     """
 
     machine: Machine
     identification: Identification
     laws: tuple[Law, ...]
+    kinds: tuple[KindOfLaw, ...]
     parameters: tuple[ParameterEstimate, ...]
     confirmation: Confirmation | None
     seconds: float
@@ -109,10 +112,11 @@ def study(machine: Machine, runs: Runs, values: Mapping[str, float] | None = Non
     """Find what `runs` ask for beside a machine with nominal `values`, and confirm it in the whole machine."""
     began, settings = time.perf_counter(), settings or EngineSettings()
     named = identify(prepare(machine, runs, values), settings, log)
-    laws = tuple(measure(each, finding.pair) for finding in named.findings for each in named.fits
-                 if finding.pair in each.laws)
+    found = [(each, finding.pair) for finding in named.findings for each in named.fits if finding.pair in each.laws]
+    laws = tuple(measure(each, pair) for each, pair in found)
+    kinds = tuple(kind for each, pair in found for kind in [find_kind(each, pair)] if kind is not None)
     confirmation = _confirm(machine, runs, values, named, log) if named.findings else None
-    return MachineStudy(machine, named, laws, estimate_parameters(join(named.fits)), confirmation,
+    return MachineStudy(machine, named, laws, kinds, estimate_parameters(join(named.fits)), confirmation,
                         time.perf_counter() - began)
 
 

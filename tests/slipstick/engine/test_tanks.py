@@ -1,6 +1,7 @@
 """Identification on two tanks that scipy simulates, effects in few runs, and fits of parts together and apart."""
 
 import runpy
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 from slipstick.engine.evidence import screen
 from slipstick.engine.fit import Fit, fit, join
+from slipstick.engine.kinds import KindOfLaw, find_kind
 from slipstick.engine.laws import list_candidates
 from slipstick.engine.linear_model import restricted_likelihood
 from slipstick.engine.recordings import prepare
@@ -114,7 +116,8 @@ def vessel(name: str) -> Block:
     return block
 
 
-def record_apart() -> tuple[Machine, Runs]:
+def record_apart(leak: Callable[[np.ndarray], np.ndarray] = np.zeros_like) -> tuple[Machine, Runs]:
+    """Two vessels and their recordings; the left one has a leak over its level."""
     rng, time, n, names = np.random.default_rng(5), np.arange(0, 30, 0.25), 10, ("left", "right")
     signals, commands = {}, {}
     for name in names:
@@ -124,7 +127,8 @@ def record_apart() -> tuple[Machine, Runs]:
         for j in range(len(time)):
             levels.append(level)
             for share in np.arange(20) / 20 if j + 1 < len(time) else ():
-                level = level + rates * 0.0125 * ((1 - share) * command[:, j] + share * command[:, j + 1] - level)
+                level = level + 0.0125 * (rates * ((1 - share) * command[:, j] + share * command[:, j + 1] - level)
+                                          - (leak(level) if name == "left" else 0))
         signals[f"{name} level"] = np.stack(levels, axis=1) + 0.01 * rng.standard_normal((n, len(time)))
         commands[f"{name} command"] = profile
     machine = Machine("apart", tuple(vessel(name) for name in names), tuple(Sensor(signal) for signal in signals),
@@ -156,3 +160,23 @@ def test_groups_that_share_nothing_are_one_fit_or_several() -> None:
             np.testing.assert_allclose(joined.chi_square[name], chi, atol=1e-9)
             np.testing.assert_allclose(together.chi_square[name], chi, rtol=0.02)
     np.testing.assert_allclose(together.means, joined.means, atol=0.1 * np.sqrt(joined.fitted.variance).min())
+
+
+def find_kind_of_leak(leak: Callable[[np.ndarray], np.ndarray]) -> KindOfLaw | None:
+    answer = identify(prepare(*record_apart(leak)))
+    assert [finding.pair for finding in answer.findings] == [("left leak", "left level")]
+    return find_kind(next(each for each in answer.fits if each.laws), ("left leak", "left level"))
+
+
+def test_a_law_of_a_known_kind_has_its_coefficients_within_their_intervals() -> None:
+    kind = find_kind_of_leak(lambda level: 0.3 * np.maximum(level - 1.1, 0))
+    assert kind is not None
+    assert kind.name == "above a threshold"
+    assert [each.name for each in kind.coefficients] == ["slope", "threshold"]
+    slope, threshold = kind.coefficients
+    assert slope.lower < 0.3 < slope.upper < 0.35
+    assert threshold.lower < 1.1 < threshold.upper
+
+
+def test_a_law_of_no_known_kind_stays_a_measured_law() -> None:
+    assert find_kind_of_leak(lambda level: 0.1 * np.exp(-((level - 1) / 0.15) ** 2)) is None
