@@ -203,7 +203,7 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
         models = {part.name: build_part(recorded, part, state, laws) for part in recorded.parts}
         before, number = np.inf, 0
         for number in range(_STEPS):
-            state = replace(state, tracks={name: model.track for name, model in models.items()})
+            state = replace(state, tracks={name: model.trajectory.x for name, model in models.items()})
             products = assemble(recorded, models, laws, state)
             if not np.isfinite(products.values).all():
                 break
@@ -261,7 +261,7 @@ def join(fits: Sequence[Fit]) -> Fit:
                        random=tuple(term for each in fits for term in each.recorded.random),
                        shared=tuple(term for each in fits for term in each.recorded.shared))
     laws, priors = dict[Pair, Candidate](), dict[Pair, Prior]()
-    models, tracks = dict[str, PartModel](), dict[str, tuple[np.ndarray, np.ndarray]]()
+    models, tracks = dict[str, PartModel](), dict[str, np.ndarray]()
     for each in fits:
         laws, priors, models = {**laws, **each.laws}, {**priors, **each.priors}, {**models, **each.models}
         tracks = {**tracks, **each.state.tracks}

@@ -1,12 +1,11 @@
 """Effects by kind: what a measured law is in words, with coefficients and their intervals.
 
-A kind is a form with few coefficients over what the law depends on, and at most one shape, such as the speed at which
-friction falls or the width of a play. It takes the place of the law in the linear mixed model of a fit, in which all
-parameters are estimated anew, so that its evidence compares with that of the law: a law that no kind explains as well
-stays a measured one.
+A kind is a form with few coefficients over what the law depends on, and at most one shape, such as a threshold, a
+period or the width of a play. It takes the place of the law in a fit, in which all parameters are estimated anew, so
+that its evidence compares with that of the law: a law that no kind explains as well stays a measured one.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,9 +15,8 @@ from slipstick.engine.fit import Fit, Prior
 from slipstick.engine.laws import Candidate
 from slipstick.engine.linear_model import restricted_likelihood
 from slipstick.engine.recordings import Pair
+from slipstick.machine.kinds import KINDS
 
-_SHAPES = 24
-"""Values of a shape that are compared."""
 _WIDE = 3.0
 """Prior standard deviation of a coefficient, over that with which its form alone is as large as the law."""
 _MOST = 3
@@ -27,59 +25,6 @@ _FLAT = 1e-6
 """Largest value of a column of which flat forms leave nothing."""
 _WITHIN = 1.92
 """Nats below the best shape within which 95 % of the posterior of one shape are (half of 1.96 squared)."""
-
-Columns = Callable[[np.ndarray, float], list[np.ndarray]]
-
-
-@dataclass(frozen=True)
-class Kind:
-    """A form over x with these `coefficients`, in powers (`degrees`) of the unit of x, and the name of its `shape`.
-
-    `columns` maps x (m,) and a shape to a column (m,) for each coefficient. x crosses 0 if it `needs_sign`. The
-    `shapes` to compare are computed from x.
-    """
-
-    name: str
-    coefficients: tuple[str, ...]
-    degrees: tuple[int, ...]
-    columns: Columns
-    shape: str = ""
-    needs_sign: bool = False
-    shapes: Callable[[np.ndarray], np.ndarray] = lambda x: np.ptp(x) * np.geomspace(0.01, 1, _SHAPES)
-
-
-def _list_places(x: np.ndarray) -> np.ndarray:
-    return np.linspace(x[0], x[-1], _SHAPES + 2)[1:-1]
-
-
-def _list_periods(x: np.ndarray) -> np.ndarray:
-    return np.asarray(np.ptp(x) / np.arange(1, _SHAPES // 2))
-
-
-KINDS = (
-    Kind("constant", ("change",), (0,), lambda x, _: [np.ones_like(x)]),
-    Kind("proportional", ("slope",), (1,), lambda x, _: [x]),
-    Kind("linear", ("change at 0", "slope"), (0, 1), lambda x, _: [np.ones_like(x), x]),
-    Kind("quadratic", ("change at 0", "slope", "curvature"), (0, 1, 2), lambda x, _: [np.ones_like(x), x, x**2]),
-    Kind("Coulomb friction", ("level",), (0,), lambda x, _: [np.sign(x)], needs_sign=True),
-    Kind("Coulomb and viscous friction", ("level", "slope"), (0, 1), lambda x, _: [np.sign(x), x], needs_sign=True),
-    Kind("Stribeck friction", ("level", "rise at rest", "slope"), (0, 0, 1),
-         lambda x, at: [np.sign(x), np.sign(x) * np.exp(-np.abs(x) / at), x], "speed of the fall", needs_sign=True),
-    Kind("quadratic drag", ("drag",), (2,), lambda x, _: [x * np.abs(x)], needs_sign=True),
-    Kind("deadband", ("slope",), (1,), lambda x, at: [x - np.clip(x, -at, at)], "half width", needs_sign=True),
-    Kind("above a threshold", ("slope",), (1,), lambda x, at: [np.maximum(x - at, 0)], "threshold",
-         shapes=_list_places),
-    Kind("below a threshold", ("slope",), (1,), lambda x, at: [np.minimum(x - at, 0)], "threshold",
-         shapes=_list_places),
-    Kind("step", ("before", "after"), (0, 0), lambda x, at: [(x < at) * 1.0, (x >= at) * 1.0], "place",
-         shapes=_list_places),
-    Kind("saturation", ("slope",), (1,), lambda x, at: [np.clip(x, -at, at)], "limit"),
-    Kind("approach", ("end", "begin"), (0, 0),
-         lambda x, at: [1 - np.exp(-(x - x[0]) / at), np.exp(-(x - x[0]) / at)], "scale"),
-    Kind("ripple", ("mean", "cosine", "sine"), (0, 0, 0), lambda x, at: [
-        np.ones_like(x), np.cos(2 * np.pi * x / at), np.sin(2 * np.pi * x / at)], "period", shapes=_list_periods),
-)
-"""Kinds of laws over a variable. Those of memories are one play, one dead time, or one first-order lag."""
 
 
 @dataclass(frozen=True)

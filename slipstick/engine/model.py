@@ -31,15 +31,14 @@ Key = tuple[str, str]
 class State:
     """Where a fit is: `points` (n, r) of the random terms with `means` (r,), `shared` (s,) values, and `laws` by pair.
 
-    `tracks` are the states of each part from which its equations are solved again: driven by measured and by smooth
-    inputs.
+    `tracks` are the states of each part from which its equations are solved again.
     """
 
     points: np.ndarray
     means: np.ndarray
     shared: np.ndarray
     laws: Mapping[Pair, np.ndarray]
-    tracks: Mapping[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
+    tracks: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +50,7 @@ class PartModel:
 
     `rows` (n, r + 1, o k) are the responses to the `keys` of terms and laws between runs, then those of laws within
     runs, then the residual; the sensors are late by `clocks` (o,), in samples. `places` are the rows of each law within
-    runs. `track` are the states of either trajectory.
+    runs.
     """
 
     part: Part
@@ -65,7 +64,6 @@ class PartModel:
     keys: tuple[Key, ...]
     places: Mapping[Pair, slice]
     rows: np.ndarray
-    track: tuple[np.ndarray, np.ndarray]
 
     @property
     def residual(self) -> np.ndarray:
@@ -103,11 +101,13 @@ class PartModel:
         n, _, size = self.trajectory.outputs.shape
         if variable.kind == "between":
             return _respond(self, kind, name, candidate.size, np.ones((n, 1, size)))
-        own = None
+        own = drawn = None
         if variable.values is None:  # the lags of a sensor are those of its own signal
             own = (self.signals[:, part.signals.index(name)] if kind == "sensor" and variable.name == name
                    else self.own()[variable.name])
-        return _respond(self, kind, name, candidate.size, candidate.size * variable.basis(own, size))
+            if variable.kind == "lags" and name in part.drawn:
+                drawn = candidate.size * variable.basis(part.smooth[part.drawn[name]], size)
+        return _respond(self, kind, name, candidate.size, candidate.size * variable.basis(own, size), drawn)
 
 
 def is_between(candidate: Candidate) -> bool:
@@ -157,20 +157,21 @@ def move_part(recorded: Recorded, model: PartModel, state: State) -> PartModel:
 def _predict(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate]) -> PartModel:
     """Return the model of a part at a state, without rows."""
     laws = {pair: law for pair, law in laws.items() if part.name in law.variables}
-    measured_track, smooth_track = state.tracks.get(part.name) or (guess_track(part),) * 2
-    trajectory = solve(_pose(recorded, part, state, laws, part.smooth), smooth_track)
-    driven = trajectory
-    if part.noise:
-        driven = solve(_pose(recorded, part, state, laws, part.inputs), measured_track)
+    trajectory = solve(_pose(recorded, part, state, laws), state.tracks.get(part.name, guess_track(part)))
+    # The noise of measured inputs acts linearly: equations that are driven by it would be off by their curvature.
+    noisy = sum((trajectory.respond(trajectory.direction("input", name, part.noise[name].std if name in part.noise
+                                                         else float(np.abs(values).max()) or 1.0),
+                                    (values - part.smooth[name])[:, None])[:, 0]
+                 for name, values in part.inputs.items() if values is not part.smooth[name]),
+                np.zeros(trajectory.outputs.shape))
     signals = trajectory.outputs
     if not part.system.states:
         signals = np.where(part.counted, signals, np.stack([recorded.signals[name] for name in part.signals], axis=1))
     clocks = tuple(_clock(recorded, clock_of(part, signal), state) for signal in part.signals)
-    model = PartModel(part, state, laws, trajectory, signals, np.empty(0), clocks, None, (), {}, np.empty(0),
-                      (driven.x, trajectory.x))
+    model = PartModel(part, state, laws, trajectory, signals, np.empty(0), clocks, None, (), {}, np.empty(0))
     # The errors and the lateness of sensors are those of the smooth signals: a late noise would be an average.
     read = model.late(signals + sensor_errors(model, signals)) - signals[:, :, ::part.fine]
-    return replace(model, predicted=read + driven.outputs[:, :, ::part.fine])
+    return replace(model, predicted=read + (trajectory.outputs + noisy)[:, :, ::part.fine])
 
 
 def touches(term: Term, part: Part) -> bool:
@@ -198,9 +199,8 @@ def _clock(recorded: Recorded, place: str, state: State) -> float:
                  if term.kind == "clock" and term.place == place), 0.0)
 
 
-def _pose(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate],
-          inputs: Mapping[str, np.ndarray]) -> Problem:
-    """Return the equations of a part at a state, driven by `inputs`."""
+def _pose(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate]) -> Problem:
+    """Return the equations of a part at a state, driven by inputs without noise."""
     parameters = dict(part.parameters)
     for terms, values in ((recorded.random, state.points.T), (recorded.shared, state.shared)):
         for term, value in zip(terms, values, strict=True):
@@ -208,15 +208,16 @@ def _pose(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Cand
                 change = term.size * term.values * value
                 parameters[term.place] = parameters[term.place] + change[:, None]
     quantities: dict[str, Any] = dict(part.quantities)
-    driving, inner = dict(inputs), list[OwnLaw]()
-    for name in part.noise:  # which were read late
-        clock = part.fine * _clock(recorded, clock_of(part, name), state)
-        driving[name] = inputs[name] + late(part.smooth[name], -clock, 1) - part.smooth[name]
-    size = next(iter(inputs.values())).shape[1] if inputs else part.fine * (part.measured.shape[2] - 1) + 1
+    driving, inner = dict(part.smooth), list[OwnLaw]()
+    for signal, name in ({name: name for name in part.noise} | part.drawn).items():  # which were read late
+        driving[name] = late(part.smooth[name], -part.fine * _clock(recorded, clock_of(part, signal), state), 1)
+    size = next(iter(part.smooth.values())).shape[1] if part.smooth else part.fine * (part.measured.shape[2] - 1) + 1
     for pair, law in laws.items():
         kind, name = key_of_law(law, part)
         if kind == "sensor":
-            continue
+            if name not in part.drawn:
+                continue
+            kind, name = "input", part.drawn[name]
         variable, c = law.variables[part.name], law.size * state.laws[pair]
         if variable.kind == "own":
             place = part.block.states.index(variable.name) if variable.jumps else None
@@ -225,7 +226,7 @@ def _pose(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Cand
             inner.append(OwnLaw("input" if is_input else "quantity", name, variable.name, variable.knots,
                                 -c if is_input else c, place))
         elif kind == "input":
-            driving[name] = driving[name] - variable.weigh(c, size)
+            driving[name] = driving[name] - variable.weigh(c, size, part.smooth[name])
         else:
             quantities[name] = quantities[name] + variable.weigh(c, size)
     if not driving:
@@ -273,15 +274,22 @@ def _row(model: PartModel, key: Key, recorded: Recorded) -> np.ndarray:
     names = (*part.signals, *part.noise)
     place = [clock_of(part, signal) for signal in names].index(name)
     if place >= o:
-        signal, clock = part.smooth[names[place]], _clock(recorded, name, model.state)
-        ahead, behind = (late(signal, -part.fine * (clock + by), 1) for by in (_LATER, -_LATER))
-        # An input is taken off by what its sensor reads too much.
-        return -_respond(model, "input", names[place], 1.0, (ahead - behind)[:, None] / (2 * _LATER))
+        return _respond_to_clock(model, names[place], _clock(recorded, name, model.state))
     whole = (model.signals + sensor_errors(model, model.signals))[:, place]
     before, after = (late(whole, part.fine * (model.clocks[place] + by), part.fine) for by in (-_LATER, _LATER))
     column = np.zeros((n, 1, o, before.shape[1]))
-    column[:, 0, place] = (after - before) / (2 * _LATER)
+    if names[place] in part.drawn:
+        column = _respond_to_clock(model, part.drawn[names[place]], model.clocks[place])
+    column[:, 0, place] += (after - before) / (2 * _LATER)
     return column
+
+
+def _respond_to_clock(model: PartModel, name: str, clock: float) -> np.ndarray:
+    """Return the response (n, 1, o, k) to a change by 1 of how late an input is read."""
+    part = model.part
+    ahead, behind = (late(part.smooth[name], -part.fine * (clock + by), 1) for by in (_LATER, -_LATER))
+    # An input is taken off by what its sensor reads too much.
+    return -_respond(model, "input", name, 1.0, (ahead - behind)[:, None] / (2 * _LATER))
 
 
 def _typical(recorded: Recorded, model: PartModel, key: Key) -> float:
@@ -295,14 +303,21 @@ def _typical(recorded: Recorded, model: PartModel, key: Key) -> float:
     return 1.0
 
 
-def _respond(model: PartModel, kind: str, name: str, size: float, basis: np.ndarray) -> np.ndarray:
-    """Return the changes (n, m, o, k) of what the sensors read, with a change along a basis (n, m, K)."""
+def _respond(model: PartModel, kind: str, name: str, size: float, basis: np.ndarray,
+             drawn: np.ndarray | None = None) -> np.ndarray:
+    """Return the changes (n, m, o, k) of what the sensors read, with a change along a basis (n, m, K).
+
+    An error of a sensor to which a state is drawn has the basis `drawn` (n, m, K) there, where that is another one.
+    """
     part, trajectory = model.part, model.trajectory
     n, o, instants = trajectory.outputs.shape
     if kind == "sensor":
         change = np.zeros((n, basis.shape[1], o, instants))
         change[:, :, part.signals.index(name)] = basis
-        return model.late(change)
+        read = model.late(change)
+        if name in part.drawn:
+            read += _respond(model, "input", part.drawn[name], size, basis if drawn is None else drawn)
+        return read
     typical = part.noise[name].std if kind == "input" and name in part.noise else size
     change = trajectory.respond(trajectory.direction(kind, name, typical), basis)
     if kind == "input":

@@ -31,7 +31,7 @@ _STATED = 1e-3
 _DRAWN = 25.0
 """Samples in which a state that may come to rest is drawn to its measured value: where it rests a moment too long or
 too short, a simulation never comes back to the recording, and has no slope that would tell why."""
-_MEASURED = "measured_"
+MEASURED = "measured_"
 """What the name of an input has before that of the state that is drawn to it."""
 _FEW = 4
 """Runs that a stated level needs on average, to have an error of its own."""
@@ -93,6 +93,12 @@ class Part:
     def signals(self) -> tuple[str, ...]:
         """The signals that are measured."""
         return self.system.signals
+
+    @property
+    def drawn(self) -> dict[str, str]:
+        """The signals to which states are drawn: the names of the inputs with their measured values."""
+        inputs = {name: MEASURED + identifier_of(name) for name in self.signals}
+        return {name: value for name, value in inputs.items() if value in self.smooth}
 
     @property
     def quantities(self) -> dict[str, float]:
@@ -193,8 +199,10 @@ def prepare(machine: Machine, runs: Runs, values: Mapping[str, float] | None = N
 def explain(recorded: Recorded, explained: Mapping[str, np.ndarray]) -> Recorded:
     """Return the machine with other signals (n, k) without noise, as a fit explains them, by name."""
     def known(part: Part) -> Part:
-        signals = {identifier_of(name): refine(signal, part.fine) for name, signal in explained.items()}
-        return replace(part, smooth={**part.smooth, **{name: signals[name] for name in part.noise if name in signals}})
+        inputs = {name: {identifier_of(name), part.drawn.get(name, "")} & {*part.noise, *part.drawn.values()}
+                  for name in explained}
+        return replace(part, smooth={**part.smooth, **{each: refine(explained[name], part.fine)
+                                                       for name, read in inputs.items() for each in read}})
 
     smooth = {sensor.signal: recorded.signals[sensor.signal] for sensor in recorded.machine.sensors
               if sensor.signal in recorded.signals}
@@ -312,12 +320,12 @@ def _draw(part: Part, time: float, signals: Mapping[str, np.ndarray], smooth: Ma
     def rate(x: Any, u: Any, q: Any, p: Any) -> States:
         rates = list(as_tuple(part.system.rate(x, u, q, p)))
         for place, name in zip(places, drawn, strict=True):
-            rates[place] = rates[place] + (getattr(u, _MEASURED + identifier_of(name))
+            rates[place] = rates[place] + (getattr(u, MEASURED + identifier_of(name))
                                            - getattr(x, identifier_of(name))) / time
         return tuple(rates)
 
     def refined(known: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        return {_MEASURED + identifier_of(name): refine(known[name], part.fine) for name in drawn}
+        return {MEASURED + identifier_of(name): refine(known[name], part.fine) for name in drawn}
 
     return replace(part, system=replace(part.system, rate=rate), inputs={**part.inputs, **refined(signals)},
                    smooth={**part.smooth, **refined(smooth)})
@@ -377,18 +385,9 @@ def _list_terms(machine: Machine, runs: Runs, parts: tuple[Part, ...],
                             condition.within)
                        for number, level in enumerate(list_levels(stated, runs.order if condition.drifts else None))]
     for part in parts:
-        measured = tuple(part.noise)
-        # Against one measured input only a difference of clocks shows.
-        is_relative = len(measured) == len(_timed(part, runs)) == 1
-        clocked, target, std = (part.signals, 0.0, 0.7) if is_relative else ((*part.signals, *measured), 0.5, 0.5)
-        shared += [Term(f"clock of {signal} in {part.name}", "clock", clock_of(part, signal), 1.0, ones, std,
-                        target=target) for signal in clocked]
+        shared += [Term(f"clock of {signal} in {part.name}", "clock", clock_of(part, signal), 1.0, ones, std=0.5,
+                        target=0.5) for signal in (*part.signals, *part.noise)]
     return tuple(random), tuple(shared)
-
-
-def _timed(part: Part, runs: Runs) -> list[str]:
-    """Return the measured inputs and the commands of a part, whose time matters."""
-    return [name for name in part.block.reads if name in runs.commands or identifier_of(name) in part.noise]
 
 
 def clock_of(part: Part, signal: str) -> str:

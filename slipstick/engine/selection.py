@@ -270,7 +270,7 @@ def _explain(fit: Fit, name: str) -> np.ndarray:
 def _taken(before: Fit, rows: np.ndarray) -> tuple[Recorded, dict[Pair, Candidate], dict[Pair, Prior], State]:
     """Return what the fit of some of the runs begins with."""
     state = replace(before.state, points=before.state.points[rows],
-                    tracks={name: (track[0][rows], track[1][rows]) for name, track in before.state.tracks.items()})
+                    tracks={name: track[rows] for name, track in before.state.tracks.items()})
     laws = {pair: law.take(rows) for pair, law in before.laws.items()}
     return before.recorded.take(rows), laws, dict(before.priors), state
 

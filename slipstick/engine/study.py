@@ -112,9 +112,10 @@ def study(machine: Machine, runs: Runs, values: Mapping[str, float] | None = Non
     """Find what `runs` ask for beside a machine with nominal `values`, and confirm it in the whole machine."""
     began, settings = time.perf_counter(), settings or EngineSettings()
     named = identify(prepare(machine, runs, values), settings, log)
-    found = [(each, finding.pair) for finding in named.findings for each in named.fits if finding.pair in each.laws]
-    laws = tuple(measure(each, pair) for each, pair in found)
-    kinds = tuple(kind for each, pair in found for kind in [find_kind(each, pair)] if kind is not None)
+    named_laws = [(each, finding.pair) for finding in named.findings for each in named.fits
+                  if finding.pair in each.laws]
+    laws = tuple(measure(each, pair) for each, pair in named_laws)
+    kinds = tuple(kind for each, pair in named_laws for kind in [find_kind(each, pair)] if kind is not None)
     confirmation = _confirm(machine, runs, values, named, log) if named.findings else None
     return MachineStudy(machine, named, laws, kinds, estimate_parameters(join(named.fits)), confirmation,
                         time.perf_counter() - began)

@@ -323,7 +323,8 @@ def test_parameters_are_as_declared_as_stated_or_the_first_value_of_a_signal() -
     np.testing.assert_array_equal(first["outlet_1"], 8e-3)
     np.testing.assert_array_equal(first["start_1"], runs.signals["level 1"][:, :1])
     assert {term.name for term in recorded.random} == {each.name for each in recorded.machine.parameters}
-    assert {term.name for term in recorded.shared} == {"clock of level 1 in tank 1", "clock of level 2 in tank 2"}
+    assert {term.name for term in recorded.shared} == {
+        "clock of level 1 in tank 1", "clock of level_1 in tank 2", "clock of level 2 in tank 2"}
     sizes = {term.name: term.size for term in recorded.random}
     assert (sizes["area 1"], sizes["start 1"], sizes["outlet 1"]) == (pytest.approx(0.07), 0.01, pytest.approx(8e-3))
 

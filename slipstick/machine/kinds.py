@@ -1,0 +1,62 @@
+"""Kinds of effects: forms with few coefficients over what a quantity depends on, and at most one shape."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+_SHAPES = 24
+"""Values of a shape that are compared."""
+
+Columns = Callable[[np.ndarray, float], list[np.ndarray]]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A form over x with these `coefficients`, in powers (`degrees`) of the unit of x, and the name of its `shape`.
+
+    `columns` maps x (m,) and a shape to a column (m,) for each coefficient. x crosses 0 if it `needs_sign`. The
+    `shapes` to compare are computed from x.
+    """
+
+    name: str
+    coefficients: tuple[str, ...]
+    degrees: tuple[int, ...]
+    columns: Columns
+    shape: str = ""
+    needs_sign: bool = False
+    shapes: Callable[[np.ndarray], np.ndarray] = lambda x: np.ptp(x) * np.geomspace(0.01, 1, _SHAPES)
+
+
+def _list_places(x: np.ndarray) -> np.ndarray:
+    return np.linspace(x[0], x[-1], _SHAPES + 2)[1:-1]
+
+
+def _list_periods(x: np.ndarray) -> np.ndarray:
+    return np.asarray(np.ptp(x) / np.arange(1, _SHAPES // 2))
+
+
+KINDS = (
+    Kind("constant", ("change",), (0,), lambda x, _: [np.ones_like(x)]),
+    Kind("proportional", ("slope",), (1,), lambda x, _: [x]),
+    Kind("linear", ("change at 0", "slope"), (0, 1), lambda x, _: [np.ones_like(x), x]),
+    Kind("quadratic", ("change at 0", "slope", "curvature"), (0, 1, 2), lambda x, _: [np.ones_like(x), x, x**2]),
+    Kind("Coulomb friction", ("level",), (0,), lambda x, _: [np.sign(x)], needs_sign=True),
+    Kind("Coulomb and viscous friction", ("level", "slope"), (0, 1), lambda x, _: [np.sign(x), x], needs_sign=True),
+    Kind("Stribeck friction", ("level", "rise at rest", "slope"), (0, 0, 1),
+         lambda x, at: [np.sign(x), np.sign(x) * np.exp(-np.abs(x) / at), x], "speed of the fall", needs_sign=True),
+    Kind("quadratic drag", ("drag",), (2,), lambda x, _: [x * np.abs(x)], needs_sign=True),
+    Kind("deadband", ("slope",), (1,), lambda x, at: [x - np.clip(x, -at, at)], "half width", needs_sign=True),
+    Kind("above a threshold", ("slope",), (1,), lambda x, at: [np.maximum(x - at, 0)], "threshold",
+         shapes=_list_places),
+    Kind("below a threshold", ("slope",), (1,), lambda x, at: [np.minimum(x - at, 0)], "threshold",
+         shapes=_list_places),
+    Kind("step", ("before", "after"), (0, 0), lambda x, at: [(x < at) * 1.0, (x >= at) * 1.0], "place",
+         shapes=_list_places),
+    Kind("saturation", ("slope",), (1,), lambda x, at: [np.clip(x, -at, at)], "limit"),
+    Kind("approach", ("end", "begin"), (0, 0),
+         lambda x, at: [1 - np.exp(-(x - x[0]) / at), np.exp(-(x - x[0]) / at)], "scale"),
+    Kind("ripple", ("mean", "cosine", "sine"), (0, 0, 0), lambda x, at: [
+        np.ones_like(x), np.cos(2 * np.pi * x / at), np.sin(2 * np.pi * x / at)], "period", shapes=_list_periods),
+)
+"""Kinds of laws over a variable. Those of memories are one play, one dead time, or one first-order lag."""
