@@ -98,13 +98,17 @@ def answer_cases(method: str, cases: Iterable[tuple[str, int]], dask: str | None
                  work: Path = WORK) -> Iterator[Entry]:
     """Yield the entries of cases, given by suite and seed: those that are kept, then the others as they are answered.
 
-    They are answered by two processes, or by the workers of the Dask scheduler at the address `dask`, each in a copy of
-    this repository. Raises `InvalidValue` where these are gone.
+    Answers of another version of the program are not kept. Cases are answered by two processes, or by the workers of
+    the Dask scheduler at the address `dask`, each in a copy of this repository. Raises `InvalidValue` where these are
+    gone.
     """
     def open_executor() -> Executor:
         return Cluster(dask, needs_one_thread=True) if dask else open_processes()
 
-    answer = partial(_answer_as_json, method, work, name_commit())  # of the modules that are imported now
+    version = name_commit()  # of the modules that are imported now
+    if any(entry.version != version for entry in read_entries(method, work).values()):
+        forget_entries(method, work)
+    answer = partial(_answer_as_json, method, work, version)
     with explained():
         for _, result in run_jobs(answer, list(cases), _name_kept(method, work), open_executor):
             yield _entry(result)

@@ -50,6 +50,9 @@ def test_answers_are_kept_and_not_given_again(work: Path, monkeypatch: pytest.Mo
     again = list(answer_cases("count", CASES[:1], work=work))
     assert again == first
     assert read_entries("count", work) == {CASES[0]: first[0]}
+    monkeypatch.undo()
+    monkeypatch.setattr(runner, "name_commit", lambda: "another version")
+    assert [entry.version for entry in answer_cases("count", CASES[:1], work=work)] == ["another version"]
 
 
 def test_a_method_that_raises_has_an_answer_with_its_error(work: Path) -> None:
