@@ -190,9 +190,10 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
         variance: np.ndarray | None = None, settled: float = _SETTLED, needed: float = -np.inf) -> Fit:
     """Fit the parts with laws from a state on, where laws that it lacks are 0; some priors are kept.
 
-    The fit ends where a step promises less than `settled` nats, or less than the evidence that is `needed`. Columns are
-    kept over the steps as long as each promises much less than the one before (a chord method: Kelley, Iterative
-    Methods for Linear and Nonlinear Equations, 1995, section 5.4.1), and are those of the state where it ends.
+    The fit ends where a step promises less than `settled` nats, or where it will stay short of the evidence that is
+    `needed`. Columns are kept over the steps as long as each promises much less than the one before (a chord method:
+    Kelley, Iterative Methods for Linear and Nonlinear Equations, 1995, section 5.4.1), and are those of the state where
+    it ends.
     """
     state = state or begin(recorded)
     variance = np.full(len(recorded.random), _FIRST) if variance is None else np.maximum(variance, _FIRST * 1e-4)

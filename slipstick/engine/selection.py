@@ -246,22 +246,20 @@ def _renew(fits: Sequence[Fit], settings: EngineSettings) -> list[Fit]:
                  if part.block.states and not _is_unexplained(each.chi_square[part.name], settings)
                  for signals in [_explain(each, part.name)] for place, signal in enumerate(part.signals)}
     quiet = [renew_noise(each) for each in fits]
-    # A sensor has one noise: that which a part with states shows, where there is one.
-    parts = sorted((part for each in quiet for part in each.parts), key=lambda part: bool(part.block.states))
     given = {identifier_of(signal): (part.sensors[place], part.loudness[:, place])
-             for part in parts for place, signal in enumerate(part.signals)}
-    return [each.again(explain(replace(recorded, parts=tuple(_hear(part, given) for part in recorded.parts)),
-                               explained)) for each, recorded in zip(fits, quiet, strict=True)]
+             for each in quiet for part in each.parts for place, signal in enumerate(part.signals)}
+    # Of a part without states, what it leaves tells only the noise of its signal and of its inputs together.
+    heard = [replace(recorded, parts=tuple(_hear(part, given) if part.block.states else part
+                                           for part in recorded.parts)) for recorded in quiet]
+    return [each.again(explain(recorded, explained)) for each, recorded in zip(fits, heard, strict=True)]
 
 
 def _hear(part: Part, given: Mapping[str, tuple[Noise, np.ndarray]]) -> Part:
-    """Return a part whose signals and measured inputs have the noise of their sensors that is `given` by identifier."""
+    """Return a part whose measured inputs have the noise that the parts show which give them, by identifier."""
     heard = {name: given.get(name, (noise, part.input_loudness[:, place]))
              for place, (name, noise) in enumerate(part.noise.items())}
-    own = [given[identifier_of(signal)] for signal in part.signals]
     return replace(part, noise={name: noise for name, (noise, _) in heard.items()}, input_loudness=np.stack(
-        [loudness for _, loudness in heard.values()], axis=1) if heard else part.input_loudness,
-        sensors=tuple(noise for noise, _ in own), loudness=np.stack([loudness for _, loudness in own], axis=1))
+        [loudness for _, loudness in heard.values()], axis=1) if heard else part.input_loudness)
 
 
 def _explain(fit: Fit, name: str) -> np.ndarray:
