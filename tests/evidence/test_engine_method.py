@@ -14,7 +14,7 @@ from evidence.rates import Entry, rate
 from evidence.runner import CaseFiles, answer_case, write_case
 from evidence.suites import OTHER_MACHINES
 
-LEAK = 1008  # a leak of the first tank over time
+LEAK = 2018  # a leak of the first tank over time
 NULL = 1006
 
 
