@@ -169,9 +169,9 @@ class Fit:
         """Means (r,) of the random terms over the runs."""
         return self.fitted.coefficients[:len(self.recorded.random)]
 
-    def again(self, recorded: Recorded | None = None, settled: float = _SETTLED) -> "Fit":
-        """Return the fit from here on, or that of the same runs with another noise."""
-        return fit(recorded or self.recorded, self.laws, self.priors, self.state, self.fitted.variance, settled)
+    def again(self, recorded: Recorded) -> "Fit":
+        """Return the fit of the same runs with another noise, from here on."""
+        return fit(recorded, self.laws, self.priors, self.state, self.fitted.variance)
 
     def beside(self, laws: Mapping[Pair, Candidate], priors: Mapping[Pair, Prior], state: State | None = None,
                settled: float = _SETTLED, needed: float = -np.inf) -> "Fit":

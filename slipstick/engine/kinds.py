@@ -23,8 +23,8 @@ _MOST = 3
 """Kinds that are fitted."""
 _FLAT = 1e-6
 """Largest value of a column of which flat forms leave nothing."""
-_WITHIN = 1.92
-"""Nats below the best shape within which 95 % of the posterior of one shape are (half of 1.96 squared)."""
+_DEVIATIONS = 1.96
+"""Standard deviations on either side within which 95 % of a normal variable are."""
 
 
 @dataclass(frozen=True)
@@ -68,13 +68,13 @@ def find_kind(fit: Fit, pair: Pair) -> KindOfLaw | None:
         return None
     places = fitted.products.places(list(fitted.laws).index(pair), fitted.roots)
     values = law.size * reach * form.sizes * fitted.fitted.coefficients[places]
-    errors = law.size * reach * form.sizes * np.sqrt(np.diag(fitted.fitted.covariance)[places])
+    errors = _DEVIATIONS * law.size * reach * form.sizes * np.sqrt(np.diag(fitted.fitted.covariance)[places])
     coefficients = [
-        Coefficient(name, float(value), float(value - 1.96 * error), float(value + 1.96 * error), _unit_of(law, degree))
+        Coefficient(name, float(value), float(value - error), float(value + error), _unit_of(law, degree))
         for name, degree, value, error in zip(form.names, form.degrees, values, errors, strict=True)]
     if form.shape_name:
-        reached = next(nats for nats, each in weighed if each is form)
-        near = sorted((each.shape, nats > reached - _WITHIN) for nats, each in weighed if each.kind == form.kind)
+        least = next(nats for nats, each in weighed if each is form) - 0.5 * _DEVIATIONS**2
+        near = sorted((each.shape, nats > least) for nats, each in weighed if each.kind == form.kind)
         within = [place for place, (_, is_near) in enumerate(near) if is_near]
         low, high = near[max(within[0] - 1, 0)][0], near[min(within[-1] + 1, len(near) - 1)][0]
         coefficients.append(Coefficient(form.shape_name, form.shape, low, high,
@@ -84,7 +84,7 @@ def find_kind(fit: Fit, pair: Pair) -> KindOfLaw | None:
 
 @dataclass(frozen=True, eq=False)
 class _Form:
-    """A kind at a `shape`: its columns (m, r), each divided by its `sizes` (r,), the largest value that it has."""
+    """A kind at a `shape`: its columns (m, r), each multiplied by its `sizes` (r,), so that its largest value is 1."""
 
     kind: str
     names: tuple[str, ...]

@@ -160,9 +160,9 @@ def _predict(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, C
     trajectory = solve(_pose(recorded, part, state, laws), state.tracks.get(part.name, guess_track(part)))
     # The noise of measured inputs acts linearly: equations that are driven by it would be off by their curvature.
     noisy = sum((trajectory.respond(trajectory.direction("input", name, part.noise[name].std if name in part.noise
-                                                         else float(np.abs(values).max()) or 1.0),
-                                    (values - part.smooth[name])[:, None])[:, 0]
-                 for name, values in part.inputs.items() if values is not part.smooth[name]),
+                                                         else float(np.abs(part.inputs[name]).max()) or 1.0),
+                                    (part.inputs[name] - part.smooth[name])[:, None])[:, 0]
+                 for name in part.read.values()),
                 np.zeros(trajectory.outputs.shape))
     signals = trajectory.outputs
     if not part.system.states:
@@ -209,7 +209,7 @@ def _pose(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Cand
                 parameters[term.place] = parameters[term.place] + change[:, None]
     quantities: dict[str, Any] = dict(part.quantities)
     driving, inner = dict(part.smooth), list[OwnLaw]()
-    for signal, name in ({name: name for name in part.noise} | part.drawn).items():  # which were read late
+    for signal, name in part.read.items():  # late
         driving[name] = late(part.smooth[name], -part.fine * _clock(recorded, clock_of(part, signal), state), 1)
     size = next(iter(part.smooth.values())).shape[1] if part.smooth else part.fine * (part.measured.shape[2] - 1) + 1
     for pair, law in laws.items():

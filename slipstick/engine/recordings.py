@@ -31,8 +31,8 @@ _STATED = 1e-3
 _DRAWN = 25.0
 """Samples in which a state that may come to rest is drawn to its measured value: where it rests a moment too long or
 too short, a simulation never comes back to the recording, and has no slope that would tell why."""
-MEASURED = "measured_"
-"""What the name of an input has before that of the state that is drawn to it."""
+_MEASURED = "measured: "
+"""What the name of an input has before that of the state that is drawn to it: no identifier has this."""
 _FEW = 4
 """Runs that a stated level needs on average, to have an error of its own."""
 
@@ -97,8 +97,13 @@ class Part:
     @property
     def drawn(self) -> dict[str, str]:
         """The signals to which states are drawn: the names of the inputs with their measured values."""
-        inputs = {name: MEASURED + identifier_of(name) for name in self.signals}
+        inputs = {name: _MEASURED + identifier_of(name) for name in self.signals}
         return {name: value for name, value in inputs.items() if value in self.smooth}
+
+    @property
+    def read(self) -> dict[str, str]:
+        """The inputs that sensors read, by the name of what they read: measured inputs, and those of drawn states."""
+        return {name: name for name in self.noise} | self.drawn
 
     @property
     def quantities(self) -> dict[str, float]:
@@ -198,11 +203,12 @@ def prepare(machine: Machine, runs: Runs, values: Mapping[str, float] | None = N
 
 def explain(recorded: Recorded, explained: Mapping[str, np.ndarray]) -> Recorded:
     """Return the machine with other signals (n, k) without noise, as a fit explains them, by name."""
+    by_identifier = {identifier_of(name): signal for name, signal in explained.items()}
+
     def known(part: Part) -> Part:
-        inputs = {name: {identifier_of(name), part.drawn.get(name, "")} & {*part.noise, *part.drawn.values()}
-                  for name in explained}
-        return replace(part, smooth={**part.smooth, **{each: refine(explained[name], part.fine)
-                                                       for name, read in inputs.items() for each in read}})
+        return replace(part, smooth={**part.smooth, **{
+            name: refine(by_identifier[identifier_of(signal)], part.fine)
+            for signal, name in part.read.items() if identifier_of(signal) in by_identifier}})
 
     smooth = {sensor.signal: recorded.signals[sensor.signal] for sensor in recorded.machine.sensors
               if sensor.signal in recorded.signals}
@@ -320,12 +326,12 @@ def _draw(part: Part, time: float, signals: Mapping[str, np.ndarray], smooth: Ma
     def rate(x: Any, u: Any, q: Any, p: Any) -> States:
         rates = list(as_tuple(part.system.rate(x, u, q, p)))
         for place, name in zip(places, drawn, strict=True):
-            rates[place] = rates[place] + (getattr(u, MEASURED + identifier_of(name))
+            rates[place] = rates[place] + (getattr(u, _MEASURED + identifier_of(name))
                                            - getattr(x, identifier_of(name))) / time
         return tuple(rates)
 
     def refined(known: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        return {MEASURED + identifier_of(name): refine(known[name], part.fine) for name in drawn}
+        return {_MEASURED + identifier_of(name): refine(known[name], part.fine) for name in drawn}
 
     return replace(part, system=replace(part.system, rate=rate), inputs={**part.inputs, **refined(signals)},
                    smooth={**part.smooth, **refined(smooth)})

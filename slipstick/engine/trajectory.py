@@ -286,8 +286,9 @@ def solve(problem: Problem, guess: np.ndarray | None = None) -> Trajectory:
         unsolved = np.concatenate([rows.start + _solve_part(problem.take(rows), x[rows], A[rows], size)
                                    for rows in _parts(n, size)])
         if len(unsolved):  # all at once: a step takes as long for many runs as for one
-            x[unsolved] = integrate(problem.take(unsolved), (len(unsolved), size))
-            A[unsolved] = _differentiate_states(problem.take(unsolved), x[unsolved])
+            left = problem.take(unsolved)
+            x[unsolved] = integrate(left, (len(unsolved), size))
+            A[unsolved] = _differentiate_states(left, x[unsolved])
     scales = _scales(x)
     for rows in _parts(n, size):
         part = problem.take(rows)
