@@ -7,7 +7,7 @@ import numpy as np
 
 from slipstick.engine.fit import Fit, Prior, choose_prior, count_replaced, law_products
 from slipstick.engine.laws import Candidate
-from slipstick.engine.linear_model import estimate, restricted_likelihood
+from slipstick.engine.linear_model import Fitted, estimate, restricted_likelihood, solve
 
 _WORTH = 2.0
 """Nats at fixed variances below which a candidate is not compared further."""
@@ -49,10 +49,10 @@ def _screen(fit: Fit, candidate: Candidate) -> Screened:
     return Screened(candidate, gain, prior)
 
 
-def hold_out(fit: Fit) -> np.ndarray:
+def hold_out(fitted: Fitted) -> np.ndarray:
     """Return the log density (n,) of each run given all others: coefficients are integrated out, variances are kept."""
-    gram, marginal, logdet = fit.fitted.gram, fit.fitted.marginal, fit.fitted.logdet
-    precision, target, total = gram.precision, gram.target, marginal.sum(axis=0)
+    marginal, logdet, total = fitted.marginal, fitted.logdet, fitted.marginal.sum(axis=0)
+    _, _, precision, target = solve(fitted.gram, total)  # with what holds a coefficient at the end of its reach
     prior = np.zeros_like(total)
     prior[:-1, :-1] = np.diag(precision)
     prior[:-1, -1] = prior[-1, :-1] = precision * target

@@ -137,7 +137,7 @@ class _Search:
             laws = {pair: law for pair, law in better.laws.items() if pair != finding.pair}
             rest = fit(better.recorded, laws, {pair: better.priors[pair] for pair in laws}, better.state,
                        better.fitted.variance, needed=better.evidence - self.settings.nats)
-            errors = agree(hold_out(better) - hold_out(rest), expect(better, better.laws[finding.pair]))
+            errors = agree(hold_out(better.fitted) - hold_out(rest.fitted), expect(better, better.laws[finding.pair]))
             if better.evidence - rest.evidence < self.settings.nats or errors < self.settings.errors:
                 self.findings.remove(finding)
                 better = rest
@@ -177,7 +177,7 @@ class _Search:
         base, pair = self._base(groups), screened.candidate.pair
         full = base.beside({pair: candidate}, {pair: screened.prior}, settled=max(_SETTLED, _ROUGH * screened.nats),
                            needed=base.evidence + _TIED * reached)
-        gains, expected = hold_out(full) - hold_out(base), expect(full, candidate)
+        gains, expected = hold_out(full.fitted) - hold_out(base.fitted), expect(full, candidate)
         finding = Finding(pair, full.evidence - base.evidence, agree(gains, expected), (), gains)
         self.log(f"full {pair} {finding.nats:.1f} errors {finding.errors:.1f} held out {gains.sum():.1f} "
                  f"{full.priors[pair]} {'' if full.converged else 'not converged'}")

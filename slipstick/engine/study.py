@@ -161,7 +161,7 @@ def _confirm(machine: Machine, runs: Runs, values: Mapping[str, float] | None, n
     with_laws = max((bare.beside(laws, priors, state) for state in (estimated, bare.state)),
                     key=lambda each: each.evidence)
     log(f"whole with laws: {with_laws.evidence - bare.evidence:.1f} nats, chi-square {_medians(with_laws)}")
-    gains, without = hold_out(with_laws) - hold_out(bare), _excess(bare)
+    gains, without = hold_out(with_laws.fitted) - hold_out(bare.fitted), _excess(bare)
     expected = np.sqrt(sum(expect(with_laws, law) ** 2 for law in laws.values()))
     control = _choose_control(bare, list(candidates.values()), named.findings)
     with_control = bare.beside({control.candidate.pair: control.candidate}, {control.candidate.pair: control.prior})
