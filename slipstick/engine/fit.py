@@ -25,7 +25,7 @@ _BUILDS, _STEPS, _TRIALS = 10, 10, 4
 """Most times that columns are computed, most steps with the same ones, and most trials of a step, each half as long."""
 _SHRUNK = 0.5
 """Share of what the step before has promised above which columns are computed anew."""
-_HOPED = 3.0
+HOPED = 3.0
 """Times what a step promises that a fit may still gain."""
 _SETTLED = 0.1
 """Nats that a step promises, or by which it may lower the posterior, at which a fit ends: no decision depends on it."""
@@ -219,7 +219,7 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
                               promised, promised < settled)
                 if best is None or current.evidence > best.evidence:
                     best = current
-                if current.converged or evidence + _HOPED * promised < needed:
+                if current.converged or evidence + HOPED * promised < needed:
                     return best
             elif promised < settled or promised > _SHRUNK * before:
                 break

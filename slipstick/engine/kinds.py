@@ -5,7 +5,7 @@ period or the width of a play. It takes the place of the law in a fit, in which 
 that its evidence compares with that of the law: a law that no kind explains as well stays a measured one.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,9 +13,9 @@ import numpy as np
 from slipstick.engine.bases import DELAYS, TIMES, WIDTHS, flat_forms
 from slipstick.engine.fit import Fit, Prior
 from slipstick.engine.laws import Candidate
-from slipstick.engine.linear_model import restricted_likelihood
+from slipstick.engine.linear_model import estimate, restricted_likelihood
 from slipstick.engine.recordings import Pair
-from slipstick.machine.kinds import KINDS
+from slipstick.machine.kinds import KINDS, Kind
 
 _WIDE = 3.0
 """Prior standard deviation of a coefficient, over that with which its form alone is as large as the law."""
@@ -23,13 +23,16 @@ _MOST = 3
 """Kinds that are fitted."""
 _FLAT = 1e-6
 """Largest value of a column of which flat forms leave nothing."""
+_COMPARED, _CLOSER, _UNLIKELY = 21, 4, 8.0
+"""Shapes that are compared at a time, most times that their range is narrowed, and the nats by which one that is out of
+the question is behind the best."""
 _DEVIATIONS = 1.96
 """Standard deviations on either side within which 95 % of a normal variable are."""
 
 
 @dataclass(frozen=True)
 class Coefficient:
-    """A `value` with its 95 % interval, in a unit. That of a shape lies between values that were compared."""
+    """A `value` with its 95 % interval, in a unit."""
 
     name: str
     value: float
@@ -55,76 +58,129 @@ def find_kind(fit: Fit, pair: Pair) -> KindOfLaw | None:
     model about the fit, with the best shape of each; the best ones are fitted.
     """
     law, reach = fit.laws[pair], _WIDE * max(float(np.abs(fit.state.laws[pair]).max()), 1e-12)
-    weighed = [(_weigh(fit, pair, form, reach), form) for form in _list_forms(law, fit.priors[pair].known_up_to)]
-    weighed.sort(key=lambda each: -each[0])
-    best = dict[str, _Form]()
-    for _, form in weighed:
-        best.setdefault(form.kind, form)
-    tried = [(_fit_form(fit, pair, form, reach), form) for form in [*best.values()][:_MOST]]
+    families = list(_list_families(law, fit.priors[pair].known_up_to))
+    weighed = [(forms[0], family) for family in families if (forms := _weigh_all(fit, pair, family, reach))]
+    weighed.sort(key=lambda each: -each[0].nats)
+    tried = [(_fit_form(fit, pair, best.form, reach), family) for best, family in weighed[:_MOST]]
     if not tried:
         return None
-    fitted, form = max(tried, key=lambda each: each[0].evidence)
+    fitted, family = max(tried, key=lambda each: each[0].evidence)
     if fitted.evidence < fit.evidence:
         return None
-    places = fitted.products.places(list(fitted.laws).index(pair), fitted.roots)
-    values = law.size * reach * form.sizes * fitted.fitted.coefficients[places]
-    errors = _DEVIATIONS * law.size * reach * form.sizes * np.sqrt(np.diag(fitted.fitted.covariance)[places])
-    coefficients = [
-        Coefficient(name, float(value), float(value - error), float(value + error), _unit_of(law, degree))
-        for name, degree, value, error in zip(form.names, form.degrees, values, errors, strict=True)]
-    if form.shape_name:
-        least = next(nats for nats, each in weighed if each is form) - 0.5 * _DEVIATIONS**2
-        near = sorted((each.shape, nats > least) for nats, each in weighed if each.kind == form.kind)
-        within = [place for place, (_, is_near) in enumerate(near) if is_near]
-        low, high = near[max(within[0] - 1, 0)][0], near[min(within[-1] + 1, len(near) - 1)][0]
-        coefficients.append(Coefficient(form.shape_name, form.shape, low, high,
-                                        "samples" if form.shape_name == "time" else law.variable.unit))
-    return KindOfLaw(pair, form.kind, tuple(coefficients), fitted.evidence - fit.evidence)
+    forms = _weigh_all(fitted, pair, family, reach)
+    share = np.exp([each.nats - forms[0].nats for each in forms])
+    share /= share.sum()
+
+    def average(name: str, values: list[float], variances: list[float], unit: str) -> Coefficient:
+        """Return a coefficient over all shapes, each with its share (total variance)."""
+        mean = float(share @ values)
+        error = _DEVIATIONS * float(np.sqrt(share @ (np.array(variances) + (np.array(values) - mean) ** 2)))
+        return Coefficient(name, mean, mean - error, mean + error, unit)
+
+    best = forms[0].form
+    coefficients = [average(name, [law.size * float(each.values[place]) for each in forms],
+                            [law.size**2 * float(each.variances[place]) for each in forms], _unit_of(law, degree))
+                    for place, (name, degree) in enumerate(zip(best.names, best.degrees, strict=True))]
+    if family.shape_name:
+        step = float(np.min(np.diff(np.unique([each.form.shape for each in forms]))) if len(forms) > 1 else 0.0)
+        coefficients.append(average(family.shape_name, [each.form.shape for each in forms],
+                                    [step**2 / 12] * len(forms),  # between the shapes that were compared
+                                    "samples" if family.shape_name == "time" else law.variable.unit))
+    return KindOfLaw(pair, family.kind, tuple(coefficients), fitted.evidence - fit.evidence)
+
+
+@dataclass(frozen=True, eq=False)
+class _Family:
+    """A kind over a law: its `shapes`, which may lie between these if it is `continuous`, and its form at a shape."""
+
+    kind: str
+    shape_name: str
+    shapes: np.ndarray
+    form: Callable[[float], "_Form | None"]
+    continuous: bool
 
 
 @dataclass(frozen=True, eq=False)
 class _Form:
     """A kind at a `shape`: its columns (m, r), each multiplied by its `sizes` (r,), so that its largest value is 1."""
 
-    kind: str
     names: tuple[str, ...]
     degrees: tuple[int, ...]
-    shape_name: str
     shape: float
     columns: np.ndarray
     sizes: np.ndarray
 
 
-def _list_forms(law: Candidate, known_up_to: int) -> Iterator[_Form]:
-    """Yield all forms that a law may have, without the flat forms that parameters replace."""
+@dataclass(frozen=True, eq=False)
+class _Weighed:
+    """A form in the linear model: its evidence in `nats`, and `values` and `variances` (r,) of its coefficients."""
+
+    form: _Form
+    nats: float
+    values: np.ndarray
+    variances: np.ndarray
+
+
+def _list_families(law: Candidate, known_up_to: int) -> Iterator[_Family]:
+    """Yield all kinds that a law may be of."""
     x, dependence = law.variable.knots, law.variable.kind
     if dependence in ("past", "lags"):
         others = len(WIDTHS) if dependence == "past" else len(DELAYS)
-        for place in range(others + len(TIMES)):
-            name, shape_name = (("first-order lag", "time") if place >= others else
-                                ("play", "half width") if dependence == "past" else ("dead time", "time"))
-            yield _Form(name, ("share",), (1,), shape_name, float(x[place]), np.eye(law.count)[:, [place]], np.ones(1))
+        first = ("play", "half width") if dependence == "past" else ("dead time", "time")
+        for (name, shape_name), places in ((first, range(others)),
+                                           (("first-order lag", "time"), range(others, others + len(TIMES)))):
+            by_shape = {float(x[place]): place for place in places}
+
+            def select(shape: float, by_shape: dict[float, int] = by_shape) -> _Form:
+                return _Form(("share",), (1,), shape, np.eye(law.count)[:, [by_shape[shape]]], np.ones(1))
+
+            yield _Family(name, shape_name, np.array(list(by_shape)), select, continuous=False)
         return
     span, flat = float(np.ptp(x)), flat_forms(len(x))[:, :known_up_to]
     for kind in KINDS if span > 0 else KINDS[:1]:
         if kind.needs_sign and not x[0] < 0 < x[-1]:
             continue
-        for shape in kind.shapes(x) if kind.shape else [0.0]:
-            columns = np.stack(kind.columns(x, float(shape)), axis=1)
+
+        def bend(shape: float, kind: Kind = kind) -> _Form | None:
+            """Return the form without the flat forms that parameters replace, None where nothing is left."""
+            columns = np.stack(kind.columns(x, shape), axis=1)
             sizes = 1 / np.maximum(np.abs(columns).max(axis=0), 1e-300)
             bent = columns * sizes - flat @ np.linalg.lstsq(flat, columns * sizes, rcond=None)[0]
             kept = np.flatnonzero(np.abs(bent).max(axis=0) > _FLAT)
-            if len(kept):
-                yield _Form(kind.name, tuple(kind.coefficients[place] for place in kept),
-                            tuple(kind.degrees[place] for place in kept), kind.shape, float(shape), bent[:, kept],
-                            sizes[kept])
+            if not len(kept):
+                return None
+            names = tuple(kind.coefficients[place] for place in kept)
+            return _Form(names, tuple(kind.degrees[place] for place in kept), shape, bent[:, kept], sizes[kept])
+
+        yield _Family(kind.name, kind.shape, kind.shapes(x) if kind.shape else np.zeros(1), bend, bool(kind.shape))
 
 
-def _weigh(fit: Fit, pair: Pair, form: _Form, reach: float) -> float:
-    """Return the evidence in nats with a form in the place of a law, in the linear model."""
-    roots = fit.roots
-    roots[list(fit.laws).index(pair)] = reach * form.columns
-    return restricted_likelihood(fit.products.gram(roots)[0], fit.fitted.variance)
+def _weigh_all(fit: Fit, pair: Pair, family: _Family, reach: float) -> list[_Weighed]:
+    """Return the likely forms of a kind in the place of a law, the best first, with as many coefficients as it has."""
+    shapes = np.sort(family.shapes)
+    for _ in range(_CLOSER):
+        forms = [form for shape in shapes if (form := family.form(float(shape))) is not None]
+        weighed = [_weigh(fit, pair, form, reach) for form in forms]
+        if not weighed:
+            return []
+        best = max(weighed, key=lambda each: each.nats)
+        likely = [place for place, each in enumerate(weighed) if each.nats > best.nats - _UNLIKELY]
+        if not family.continuous or len(likely) > _COMPARED // 2:
+            break
+        low, high = max(likely[0] - 1, 0), min(likely[-1] + 1, len(weighed) - 1)
+        shapes = np.linspace(forms[low].shape, forms[high].shape, _COMPARED)
+    alike = [weighed[place] for place in likely if weighed[place].form.names == best.form.names]
+    return sorted(alike, key=lambda each: -each.nats)
+
+
+def _weigh(fit: Fit, pair: Pair, form: _Form, reach: float) -> _Weighed:
+    """Return a form in the place of a law, in the linear model."""
+    roots, number = fit.roots, list(fit.laws).index(pair)
+    roots[number] = reach * form.columns
+    gram, variance = fit.products.gram(roots)[0], fit.fitted.variance
+    estimated, places = estimate(gram, variance, fixed=True), fit.products.places(number, roots)
+    return _Weighed(form, restricted_likelihood(gram, variance), reach * form.sizes * estimated.coefficients[places],
+                    (reach * form.sizes) ** 2 * np.diag(estimated.covariance)[places])
 
 
 def _fit_form(fit: Fit, pair: Pair, form: _Form, reach: float) -> Fit:

@@ -122,10 +122,10 @@ def _over(recorded: Recorded, quantity: Quantity, size: float, name: str, parts:
 
 
 def _past(recorded: Recorded, quantity: Quantity, size: float, name: str, parts: list[Part]) -> Candidate | None:
-    reading = [part for part in parts if identifier_of(name) in part.smooth]
+    reading = [part for part in parts if identifier_of(name) in part.inputs]
     if len(reading) < len(parts):
         return None
-    variables = {part.name: past(name, recorded.units.get(name, ""), part.smooth[identifier_of(name)], part.fine)
+    variables = {part.name: past(name, recorded.units.get(name, ""), part.inputs[identifier_of(name)], part.fine)
                  for part in reading}
     scale = float(np.ptp(recorded.signals[name]))
     return Candidate((quantity.name, PAST + name), quantity, size / scale if scale > 0 else size, variables)

@@ -13,7 +13,16 @@ import numpy as np
 
 from slipstick.engine.bases import late
 from slipstick.engine.laws import Candidate
-from slipstick.engine.recordings import Pair, Part, Recorded, Term, clock_of, guess_track, pose_nominal
+from slipstick.engine.recordings import (
+    Pair,
+    Part,
+    Recorded,
+    Term,
+    clock_of,
+    guess_track,
+    pose_nominal,
+    refine,
+)
 from slipstick.engine.trajectory import OwnLaw, Problem, Trajectory, solve
 from slipstick.engine.whitening import CarriedNoise, whiten
 from slipstick.machine.declaration import SENSOR, Namespace, identifier_of
@@ -45,6 +54,7 @@ class State:
 class PartModel:
     """A part about a state: its smooth `trajectory`, its `predicted` signals (n, o, k), and whitened rows.
 
+    `noisy` (n, o, k) is the response to the noise of measured inputs.
     `signals` (n, o, K) are what the sensors read without errors: those of the trajectory, or measured ones at samples
     for which a part without states does not hold.
 
@@ -57,6 +67,7 @@ class PartModel:
     state: State
     laws: Mapping[Pair, Candidate]
     trajectory: Trajectory
+    noisy: np.ndarray
     signals: np.ndarray
     predicted: np.ndarray
     clocks: tuple[float, ...]
@@ -77,15 +88,18 @@ class PartModel:
         for first in range(0, len(columns), _TOGETHER):
             rows = slice(first, first + _TOGETHER)
             noise = None if carried is None else CarriedNoise(carried.inputs, *(
-                getattr(carried, name)[rows] for name in ("loudness", "A", "F", "C", "E")))
+                getattr(carried, name)[rows] for name in ("loudness", "A", "F", "G", "C", "E")))
             out[rows] = whiten(columns[rows], part.counted[rows], part.sensors, part.loudness[rows], noise)
         return np.asarray(out / np.sqrt(part.temper))
 
-    def late(self, signals: np.ndarray) -> np.ndarray:
-        """Return the samples (..., o, k) of signals (..., o, K), read by sensors that are late."""
-        fine = self.part.fine
-        return np.stack([late(signals[..., place, :], fine * clock, fine) for place, clock in enumerate(self.clocks)],
-                        axis=-2)
+    def late(self, signals: np.ndarray, every: int) -> np.ndarray:
+        """Return each `every`-th instant of signals (..., o, K), read by sensors that are late."""
+        return np.stack([late(signals[..., place, :], self.part.fine * clock, every)
+                         for place, clock in enumerate(self.clocks)], axis=-2)
+
+    def read(self, every: int) -> np.ndarray:
+        """Return what the sensors read without noise (n, o, K) at each `every`-th instant."""
+        return self.late(self.signals + sensor_errors(self, self.signals), every)
 
     def own(self) -> dict[str, np.ndarray]:
         """Return the values (n, K) of the part's own variables: the signals that it gives, and those of the system."""
@@ -101,13 +115,15 @@ class PartModel:
         n, _, size = self.trajectory.outputs.shape
         if variable.kind == "between":
             return _respond(self, kind, name, candidate.size, np.ones((n, 1, size)))
-        own = drawn = None
+        own = drawn = first = None
         if variable.values is None:  # the lags of a sensor are those of its own signal
             own = (self.signals[:, part.signals.index(name)] if kind == "sensor" and variable.name == name
                    else self.own()[variable.name])
             if variable.kind == "lags" and name in part.drawn:
-                drawn = candidate.size * variable.basis(part.smooth[part.drawn[name]], size)
-        return _respond(self, kind, name, candidate.size, candidate.size * variable.basis(own, size), drawn)
+                drawn = candidate.size * variable.basis(part.inputs[part.drawn[name]], size)
+            if kind == "sensor" and part.begins[name]:
+                first = candidate.size * variable.basis(part.parameters[part.begins[name][0]], 1)
+        return _respond(self, kind, name, candidate.size, candidate.size * variable.basis(own, size), drawn, first)
 
 
 def is_between(candidate: Candidate) -> bool:
@@ -147,31 +163,44 @@ def build_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair,
 
 
 def move_part(recorded: Recorded, model: PartModel, state: State) -> PartModel:
-    """Return the model of a part at another state with the columns that it has: with another residual alone."""
-    there = _predict(recorded, model.part, state, model.laws)
+    """Return the model of a part at another state with the columns that it has: with another residual alone.
+
+    The response to the noise of inputs is kept as well. What it changes is correlated with the residual, so that
+    parameters of the least squares would be biased by errors in variables.
+    """
+    there = _predict(recorded, model.part, state, model.laws, model.noisy)
     rows = model.rows.copy()
     rows[:, -1:] = model.white(there.residual[:, None])
     return replace(there, carried=model.carried, keys=model.keys, places=model.places, rows=rows)
 
 
-def _predict(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate]) -> PartModel:
-    """Return the model of a part at a state, without rows."""
+def _predict(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate],
+             noisy: np.ndarray | None = None) -> PartModel:
+    """Return the model of a part at a state, without rows, with the response to the noise of inputs if it is known."""
     laws = {pair: law for pair, law in laws.items() if part.name in law.variables}
     trajectory = solve(_pose(recorded, part, state, laws), state.tracks.get(part.name, guess_track(part)))
-    # The noise of measured inputs acts linearly: equations that are driven by it would be off by their curvature.
-    noisy = sum((trajectory.respond(trajectory.direction("input", name, part.noise[name].std if name in part.noise
-                                                         else float(np.abs(part.inputs[name]).max()) or 1.0),
-                                    (part.inputs[name] - part.smooth[name])[:, None])[:, 0]
-                 for name in part.read.values()),
-                np.zeros(trajectory.outputs.shape))
     signals = trajectory.outputs
     if not part.system.states:
         signals = np.where(part.counted, signals, np.stack([recorded.signals[name] for name in part.signals], axis=1))
     clocks = tuple(_clock(recorded, clock_of(part, signal), state) for signal in part.signals)
-    model = PartModel(part, state, laws, trajectory, signals, np.empty(0), clocks, None, (), {}, np.empty(0))
+    model = PartModel(part, state, laws, trajectory, _respond_to_noise(part, trajectory) if noisy is None else noisy,
+                      signals, np.empty(0), clocks, None, (), {}, np.empty(0))
     # The errors and the lateness of sensors are those of the smooth signals: a late noise would be an average.
-    read = model.late(signals + sensor_errors(model, signals)) - signals[:, :, ::part.fine]
-    return replace(model, predicted=read + (trajectory.outputs + noisy)[:, :, ::part.fine])
+    read = model.read(part.fine) - signals[:, :, ::part.fine]
+    return replace(model, predicted=read + trajectory.outputs[:, :, ::part.fine] + model.noisy)
+
+
+def _respond_to_noise(part: Part, trajectory: Trajectory) -> np.ndarray:
+    """Return the response (n, o, k) to the noise of measured inputs.
+
+    It is linear: equations that are driven by noise would be off by their curvature.
+    """
+    noisy = np.zeros(trajectory.outputs.shape)
+    for name in part.read.values():
+        size = part.noise[name].std if name in part.noise else float(np.abs(part.inputs[name]).max()) or 1.0
+        noisy += trajectory.respond(trajectory.direction("input", name, size),
+                                    refine(part.beyond[name], part.fine)[:, None])[:, 0]
+    return noisy[:, :, ::part.fine]
 
 
 def touches(term: Term, part: Part) -> bool:
@@ -208,13 +237,16 @@ def _pose(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Cand
                 change = term.size * term.values * value
                 parameters[term.place] = parameters[term.place] + change[:, None]
     quantities: dict[str, Any] = dict(part.quantities)
-    driving, inner = dict(part.smooth), list[OwnLaw]()
+    driving, inner = dict(part.inputs), list[OwnLaw]()
     for signal, name in part.read.items():  # late
-        driving[name] = late(part.smooth[name], -part.fine * _clock(recorded, clock_of(part, signal), state), 1)
-    size = next(iter(part.smooth.values())).shape[1] if part.smooth else part.fine * (part.measured.shape[2] - 1) + 1
+        driving[name] = late(part.inputs[name], -part.fine * _clock(recorded, clock_of(part, signal), state), 1)
+    size = next(iter(part.inputs.values())).shape[1] if part.inputs else part.fine * (part.measured.shape[2] - 1) + 1
     for pair, law in laws.items():
         kind, name = key_of_law(law, part)
         if kind == "sensor":
+            for begin in part.begins[name]:  # the sensor has read the nominal value
+                error = law.variables[part.name].weigh(law.size * state.laws[pair], 1, part.parameters[begin])
+                parameters[begin] = parameters[begin] - error[:, :1]
             if name not in part.drawn:
                 continue
             kind, name = "input", part.drawn[name]
@@ -226,7 +258,7 @@ def _pose(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Cand
             inner.append(OwnLaw("input" if is_input else "quantity", name, variable.name, variable.knots,
                                 -c if is_input else c, place))
         elif kind == "input":
-            driving[name] = driving[name] - variable.weigh(c, size, part.smooth[name])
+            driving[name] = driving[name] - variable.weigh(c, size, part.inputs[name])
         else:
             quantities[name] = quantities[name] + variable.weigh(c, size)
     if not driving:
@@ -247,22 +279,25 @@ def sensor_errors(model: PartModel, signals: np.ndarray) -> np.ndarray:
 
 
 def _carry(part: Part, trajectory: Trajectory) -> CarriedNoise | None:
-    """Return how the noise of measured inputs reaches the output, from sample to sample."""
+    """Return how the noise of measured inputs, which is linear between samples, reaches the output."""
     if not part.noise:
         return None
     n, k, fine, d = len(part.measured), part.measured.shape[2], part.fine, trajectory.x.shape[1]
     A = np.broadcast_to(np.eye(d), (n, k - 1, d, d)).copy()
-    F = np.zeros((n, k - 1, d, len(part.noise)))
+    F, G = (np.zeros((n, k - 1, d, len(part.noise))) for _ in range(2))
     E = np.empty((n, len(part.signals), k, len(part.noise)))
     for place, (name, noise) in enumerate(part.noise.items()):
         direction = trajectory.direction("input", name, noise.std)
         E[..., place] = direction.D[:, :, ::fine]
-        both = direction.B.sum(axis=2)
         for sub in range(fine):
-            F[..., place] = np.einsum("nkab,nkb->nka", trajectory.A[:, sub::fine], F[..., place]) + both[:, sub::fine]
+            before, after = direction.B[:, sub::fine, 0], direction.B[:, sub::fine, 1]
+            shares = sub / fine, (sub + 1) / fine  # of the end of the sample in its noise
+            for through, first, last in ((F, 1 - shares[0], 1 - shares[1]), (G, *shares)):
+                through[..., place] = (np.einsum("nkab,nkb->nka", trajectory.A[:, sub::fine], through[..., place])
+                                       + first * before + last * after)
     for sub in range(fine):
         A = trajectory.A[:, sub::fine] @ A
-    return CarriedNoise(tuple(part.noise.values()), part.input_loudness, A, F, trajectory.C[:, :, ::fine], E)
+    return CarriedNoise(tuple(part.noise.values()), part.input_loudness, A, F, G, trajectory.C[:, :, ::fine], E)
 
 
 def _row(model: PartModel, key: Key, recorded: Recorded) -> np.ndarray:
@@ -287,7 +322,7 @@ def _row(model: PartModel, key: Key, recorded: Recorded) -> np.ndarray:
 def _respond_to_clock(model: PartModel, name: str, clock: float) -> np.ndarray:
     """Return the response (n, 1, o, k) to a change by 1 of how late an input is read."""
     part = model.part
-    ahead, behind = (late(part.smooth[name], -part.fine * (clock + by), 1) for by in (_LATER, -_LATER))
+    ahead, behind = (late(part.inputs[name], -part.fine * (clock + by), 1) for by in (_LATER, -_LATER))
     # An input is taken off by what its sensor reads too much.
     return -_respond(model, "input", name, 1.0, (ahead - behind)[:, None] / (2 * _LATER))
 
@@ -304,17 +339,21 @@ def _typical(recorded: Recorded, model: PartModel, key: Key) -> float:
 
 
 def _respond(model: PartModel, kind: str, name: str, size: float, basis: np.ndarray,
-             drawn: np.ndarray | None = None) -> np.ndarray:
+             drawn: np.ndarray | None = None, first: np.ndarray | None = None) -> np.ndarray:
     """Return the changes (n, m, o, k) of what the sensors read, with a change along a basis (n, m, K).
 
-    An error of a sensor to which a state is drawn has the basis `drawn` (n, m, K) there, where that is another one.
+    An error of a sensor to which a state is drawn has the basis `drawn` (n, m, K) there, where that is another one, and
+    in a parameter that is nominally the `first` sample (n, m, 1) of its signal.
     """
     part, trajectory = model.part, model.trajectory
     n, o, instants = trajectory.outputs.shape
     if kind == "sensor":
         change = np.zeros((n, basis.shape[1], o, instants))
         change[:, :, part.signals.index(name)] = basis
-        read = model.late(change)
+        read = model.late(change, model.part.fine)
+        for begin in part.begins[name]:
+            nominal = basis[:, :, :1] if first is None else first
+            read -= _respond(model, "parameter", begin, size, np.repeat(nominal, instants, axis=2))
         if name in part.drawn:
             read += _respond(model, "input", part.drawn[name], size, basis if drawn is None else drawn)
         return read
@@ -330,4 +369,4 @@ def _respond(model: PartModel, kind: str, name: str, size: float, basis: np.ndar
         for place in range(change.shape[1]):
             moved = sensor_errors(model, signals + by[:, None] * change[:, place])
             change[:, place] += (moved - here) / by[:, None]
-    return model.late(change)
+    return model.late(change, model.part.fine)

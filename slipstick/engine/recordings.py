@@ -63,10 +63,10 @@ class Term:
 class Part:
     """A block with its recordings of n runs: K instants, `fine` for each of k samples.
 
-    `inputs` (n, K) drive the prediction as they were measured, `smooth` ones the columns; those that are noisy have
-    their `noise`. `parameters` (n, 1) are nominal. The o signals that are `measured` (n, o, k) count where `counted`,
-    with the noise of their `sensors`. The noise of each run is `loudness` (n, o) times that, and `input_loudness` (n,
-    r). What a part leaves beyond noise counts as noise as well: variances are `temper` times those of the noise.
+    `inputs` (n, K) drive the equations: measured ones without their `noise`, which is `beyond` (n, k). `parameters` (n,
+    1) are nominal. The o signals that are `measured` (n, o, k) count where `counted`, with the noise of their
+    `sensors`. The noise of each run is `loudness` (n, o) times that, and `input_loudness` (n, r). What a part leaves
+    beyond noise counts as noise as well: variances are `temper` times those of the noise.
     """
 
     block: Block
@@ -74,7 +74,7 @@ class Part:
     step: float
     fine: int
     inputs: Mapping[str, np.ndarray]
-    smooth: Mapping[str, np.ndarray]
+    beyond: Mapping[str, np.ndarray]
     noise: Mapping[str, Noise]
     parameters: Mapping[str, np.ndarray]
     measured: np.ndarray
@@ -98,12 +98,18 @@ class Part:
     def drawn(self) -> dict[str, str]:
         """The signals to which states are drawn: the names of the inputs with their measured values."""
         inputs = {name: _MEASURED + identifier_of(name) for name in self.signals}
-        return {name: value for name, value in inputs.items() if value in self.smooth}
+        return {name: value for name, value in inputs.items() if value in self.inputs}
 
     @property
     def read(self) -> dict[str, str]:
         """The inputs that sensors read, by the name of what they read: measured inputs, and those of drawn states."""
         return {name: name for name in self.noise} | self.drawn
+
+    @property
+    def begins(self) -> dict[str, list[str]]:
+        """The parameters that are nominally the first sample of a signal, by its name."""
+        return {name: [identifier_of(each.name) for each in self.block.parameters if each.first_of == name]
+                for name in self.signals}
 
     @property
     def quantities(self) -> dict[str, float]:
@@ -115,7 +121,7 @@ class Part:
         def chosen(values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
             return {name: value[rows] for name, value in values.items()}
 
-        return replace(self, inputs=chosen(self.inputs), smooth=chosen(self.smooth), parameters=chosen(self.parameters),
+        return replace(self, inputs=chosen(self.inputs), beyond=chosen(self.beyond), parameters=chosen(self.parameters),
                        measured=self.measured[rows], counted=self.counted[rows], loudness=self.loudness[rows],
                        input_loudness=self.input_loudness[rows])
 
@@ -174,8 +180,8 @@ class Recorded:
 
     def fine(self, name: str, part: Part) -> np.ndarray:
         """Return a signal at the instants (n, K) of a part, or constants of runs (n,)."""
-        if identifier_of(name) in part.smooth:
-            return part.smooth[identifier_of(name)]
+        if identifier_of(name) in part.inputs:
+            return part.inputs[identifier_of(name)]
         values = self.signals[name]
         return values if values.ndim == 1 else refine(values, part.fine)
 
@@ -191,10 +197,16 @@ def prepare(machine: Machine, runs: Runs, values: Mapping[str, float] | None = N
     signals = {name: np.asarray(value, float) for name, value in runs.signals.items()}
     noise = {name: estimate_sensor_noise(name, value) for name, value in signals.items()}
     smooth = {name: smooth_signal(value) for name, value in signals.items()}
+    straight = {name: straighten(value) for name, value in smooth.items()}
     known = {*signals, *runs.commands, *runs.conditions, *runs.channels}
     blocks = [block for block in machine.blocks if set(block.signals) <= set(signals) and set(block.reads) <= known]
     nominal = _find_nominal(machine, blocks, runs, signals, values or {})
-    parts = tuple(_prepare_part(block, machine, runs, signals, smooth, noise, nominal, is_free) for block in blocks)
+    alone = [_prepare_part(block, machine, runs, signals, straight, noise, nominal, is_free) for block in blocks]
+    steps = {signal: part.fine for part in alone for signal in part.signals}
+    # A part that reads what another one gives takes as many steps, to know how it bends between samples.
+    parts = tuple(_prepare_part(part.block, machine, runs, signals, straight, noise, nominal, is_free, least)
+                  if part.block.states and least > part.fine else part for part in alone
+                  for least in [max((steps.get(name, 1) for name in part.block.reads), default=1)])
     within = _list_signals(machine, runs, smooth)
     read = {name for block in blocks for name in block.reads}
     random, shared = _list_terms(machine, runs, parts, read)
@@ -202,18 +214,28 @@ def prepare(machine: Machine, runs: Runs, values: Mapping[str, float] | None = N
 
 
 def explain(recorded: Recorded, explained: Mapping[str, np.ndarray]) -> Recorded:
-    """Return the machine with other signals (n, k) without noise, as a fit explains them, by name."""
+    """Return the machine with other signals without noise, as a fit explains them, by name.
+
+    They are (n, K) at several instants a sample, so that parts that read them know how they bend between samples.
+    """
     by_identifier = {identifier_of(name): signal for name, signal in explained.items()}
+    last = len(recorded.runs.time) - 1
 
     def known(part: Part) -> Part:
-        return replace(part, smooth={**part.smooth, **{
-            name: refine(by_identifier[identifier_of(signal)], part.fine)
-            for signal, name in part.read.items() if identifier_of(signal) in by_identifier}})
+        inputs, beyond = dict(part.inputs), dict(part.beyond)
+        for signal, name in part.read.items():
+            if identifier_of(signal) in by_identifier:
+                finer = by_identifier[identifier_of(signal)]
+                more = part.fine * last // (finer.shape[1] - 1)
+                inputs[name] = refine(finer, more) if more else finer[:, ::(finer.shape[1] - 1) // (part.fine * last)]
+                beyond[name] = part.inputs[name][:, ::part.fine] + part.beyond[name] - inputs[name][:, ::part.fine]
+        return replace(part, inputs=inputs, beyond=beyond)
 
     smooth = {sensor.signal: recorded.signals[sensor.signal] for sensor in recorded.machine.sensors
               if sensor.signal in recorded.signals}
+    sampled = {name: signal[:, ::(signal.shape[1] - 1) // last] for name, signal in explained.items()}
     return replace(recorded, parts=tuple(known(part) for part in recorded.parts),
-                   signals=_list_signals(recorded.machine, recorded.runs, {**smooth, **explained}))
+                   signals=_list_signals(recorded.machine, recorded.runs, {**smooth, **sampled}))
 
 
 def refine(values: np.ndarray, fine: int) -> np.ndarray:
@@ -265,7 +287,7 @@ def _find_nominal(machine: Machine, blocks: Sequence[Block], runs: Runs, signals
 
 def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[str, np.ndarray],
                   smooth: Mapping[str, np.ndarray], noise: Mapping[str, Noise],
-                  nominal: Mapping[str, np.ndarray], is_free: bool) -> Part:
+                  nominal: Mapping[str, np.ndarray], is_free: bool, least: int = _SUBSTEPS[0]) -> Part:
     conditions = {each.name for each in machine.conditions}
     parameters = {identifier_of(name): nominal[name] for name in
                   (*(each.name for each in block.parameters), *(name for name in block.reads if name in conditions))}
@@ -290,9 +312,8 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
         measured = [name for name in block.reads if name in signals]
         part = Part(block, system_of(block), runs.step / fine, fine,
                     {identifier_of(name): value for name, value in
-                     {**commands, **{name: refine(straighten(signals[name]), fine) for name in measured}}.items()},
-                    {identifier_of(name): value for name, value in
                      {**commands, **{name: refine(smooth[name], fine) for name in measured}}.items()},
+                    {identifier_of(name): signals[name] - smooth[name] for name in measured},
                     {identifier_of(name): noise[name] for name in measured}, parameters,
                     np.stack([signals[name] for name in block.signals], axis=1), counted,
                     tuple(noise[name] for name in block.signals), np.ones((len(runs), len(block.signals))),
@@ -301,9 +322,9 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
 
     if not block.states:
         return at(1)
-    coarse = at(_SUBSTEPS[0])
+    coarse = at(least)
     before = _predict_nominal(coarse)
-    for fine in _SUBSTEPS[1:]:
+    for fine in _SUBSTEPS[_SUBSTEPS.index(least) + 1:]:
         finer = at(fine)
         after = _predict_nominal(finer)
         off = np.mean((after - before) ** 2, axis=(0, 2)) / [sensor.fresh**2 for sensor in coarse.sensors]
@@ -330,16 +351,15 @@ def _draw(part: Part, time: float, signals: Mapping[str, np.ndarray], smooth: Ma
                                            - getattr(x, identifier_of(name))) / time
         return tuple(rates)
 
-    def refined(known: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        return {_MEASURED + identifier_of(name): refine(known[name], part.fine) for name in drawn}
-
-    return replace(part, system=replace(part.system, rate=rate), inputs={**part.inputs, **refined(signals)},
-                   smooth={**part.smooth, **refined(smooth)})
+    read = {_MEASURED + identifier_of(name): name for name in drawn}
+    return replace(part, system=replace(part.system, rate=rate), inputs={**part.inputs, **{
+        name: refine(smooth[signal], part.fine) for name, signal in read.items()}}, beyond={**part.beyond, **{
+            name: signals[signal] - smooth[signal] for name, signal in read.items()}})
 
 
 def pose_nominal(part: Part) -> Problem:
     """Return the equations of a part at nominal parameters, driven by inputs without noise."""
-    return Problem(part.system, part.step, part.smooth, part.quantities, part.parameters)
+    return Problem(part.system, part.step, part.inputs, part.quantities, part.parameters)
 
 
 def _predict_nominal(part: Part) -> np.ndarray:

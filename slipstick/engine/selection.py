@@ -8,11 +8,11 @@ import numpy as np
 import scipy
 
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, screen
-from slipstick.engine.fit import Fit, Prior, fit, join
-from slipstick.engine.laws import Candidate, list_candidates, list_curves
+from slipstick.engine.fit import HOPED, Fit, Prior, fit, join
+from slipstick.engine.laws import CONSTANT, Candidate, list_candidates, list_curves
 from slipstick.engine.model import State, nominal_own_values
 from slipstick.engine.noise import Noise, draw_noise, estimate_loudness, estimate_residual_noise
-from slipstick.engine.recordings import Pair, Part, Recorded, explain
+from slipstick.engine.recordings import Pair, Part, Recorded, explain, refine
 from slipstick.engine.settings import EngineSettings
 from slipstick.machine.declaration import identifier_of
 
@@ -111,11 +111,19 @@ class _Search:
         if not ranked or ranked[0].nats < self.settings.nats * _NEAR:
             return False
         groups = self._groups(ranked[0].candidate)
-        near = [each for each in ranked if each.nats > self.settings.nats * _NEAR
-                and set(self._groups(each.candidate)) & set(groups)][:self.settings.rivals]
+        asking = [each for each in ranked if each.nats > self.settings.nats * _NEAR
+                  and set(self._groups(each.candidate)) & set(groups)]
+        near = asking[:self.settings.rivals]
+        # A law contains the constant of its quantity, which says the same with fewer words if it is all.
+        constants = {(each.candidate.pair[0], CONSTANT) for each in near}
+        near += [each for each in asking[self.settings.rivals:] if each.candidate.pair in constants]
         trials = list[_Trial]()
         for each in near:
             trials.append(self._try(each, max((trial.finding.nats for trial in trials), default=0.0)))
+        leading = max(trial.finding.nats for trial in trials)
+        trials = [self._finish(trial) if trial.fit.converged
+                  and trial.finding.nats + HOPED * trial.fit.promised > leading
+                  else trial for trial in trials]
         trials.sort(key=lambda trial: -trial.finding.nats)
         passing = [trial for trial in trials if self._is_enough(trial)]
         if not passing:
@@ -131,6 +139,8 @@ class _Search:
     def _accept(self, better: Fit) -> None:
         """Take a fit with a further law, without earlier laws whose loss it makes good."""
         better = temper(better, self.settings)
+        # With the law, the part explains its signals, and shows their noise.
+        better = temper(_renew([better], self.settings)[0], self.settings)
         for finding in self.findings[:-1]:
             if finding.pair not in better.laws:
                 continue
@@ -177,6 +187,19 @@ class _Search:
         base, pair = self._base(groups), screened.candidate.pair
         full = base.beside({pair: candidate}, {pair: screened.prior}, settled=max(_SETTLED, _ROUGH * screened.nats),
                            needed=base.evidence + _TIED * reached)
+        return self._judge(candidate, full, base, groups)
+
+    def _finish(self, trial: _Trial) -> _Trial:
+        """Return a trial whose fit has converged as far as decisions between near candidates need."""
+        if trial.fit.promised < _SETTLED:
+            return trial
+        rough, pair = trial.fit, trial.finding.pair
+        full = fit(rough.recorded, rough.laws, rough.priors, rough.state, rough.fitted.variance)
+        return self._judge(rough.laws[pair], full if full.evidence > rough.evidence else rough, trial.base,
+                           trial.groups)
+
+    def _judge(self, candidate: Candidate, full: Fit, base: Fit, groups: tuple[Group, ...]) -> _Trial:
+        pair = candidate.pair
         gains, expected = hold_out(full.fitted) - hold_out(base.fitted), expect(full, candidate)
         finding = Finding(pair, full.evidence - base.evidence, agree(gains, expected), (), gains)
         self.log(f"full {pair} {finding.nats:.1f} errors {finding.errors:.1f} held out {gains.sum():.1f} "
@@ -263,10 +286,11 @@ def _hear(part: Part, given: Mapping[str, tuple[Noise, np.ndarray]]) -> Part:
 
 
 def _explain(fit: Fit, name: str) -> np.ndarray:
-    """Return the signals (n, o, k) that a part gives, without noise: as predicted, and what changes slowly beside."""
+    """Return what sensors of a part read (n, o, K), without noise: as predicted, and what changes slowly beside."""
     model = fit.models[name]
-    signal = model.trajectory.outputs[:, :, ::model.part.fine]
-    return np.asarray(signal + scipy.ndimage.gaussian_filter1d(model.part.measured - signal, _SLOWLY, axis=2))
+    read, fine = model.read(1), model.part.fine
+    slow = scipy.ndimage.gaussian_filter1d(model.part.measured - read[:, :, ::fine], _SLOWLY, axis=2)
+    return np.stack([read[:, place] + refine(slow[:, place], fine) for place in range(read.shape[1])], axis=1)
 
 
 def _taken(before: Fit, rows: np.ndarray) -> tuple[Recorded, dict[Pair, Candidate], dict[Pair, Prior], State]:
@@ -294,9 +318,8 @@ def renew_noise(bare: Fit) -> Recorded:
         carried = np.zeros((n, o, k))
         for name, noise in part.noise.items():
             direction = model.trajectory.direction("input", name, noise.std)
-            drawn = np.repeat(draw_noise(noise, (n, k), random), part.fine, axis=1)
-            carried += model.trajectory.respond(direction, drawn[:, None, :model.trajectory.outputs.shape[2]])[
-                :, 0, :, ::part.fine]
+            drawn = refine(draw_noise(noise, (n, k), random), part.fine)
+            carried += model.trajectory.respond(direction, drawn[:, None])[:, 0, :, ::part.fine]
         loudness = np.stack([estimate_loudness(model.residual[:, place], part.counted[:, place]) for place in range(o)],
                             axis=1)
         scaled = 1 / loudness[:, :, None]

@@ -3,7 +3,7 @@
 The residual of an output contains the noise v of its sensor and, through the states x of a system and directly, the
 noise u of measured inputs, all first-order autoregressive:
 
-    y_t = C_t x_t + E_t u_t + v_t,   x_{t+1} = A_t x_t + F_t u_t,   x_0 = 0
+    y_t = C_t x_t + E_t u_t + v_t,   x_{t+1} = A_t x_t + F_t u_t + G_t u_{t+1},   x_0 = 0
 
 The innovations of its Kalman filter, divided by their standard deviations, are independent with unit variance: products
 of whitened columns are products under the inverse covariance of y (Durbin and Koopman, Time Series Analysis by State
@@ -26,14 +26,16 @@ _LANES = 8
 class CarriedNoise:
     """How the noise of r measured inputs reaches the o outputs through d states, at the k samples of n runs.
 
-    `A` (n, k - 1, d, d) and `F` (n, k - 1, d, r) are those of a step, `C` (n, o, k, d) and `E` (n, o, k, r) of outputs.
-    The standard deviations of a run are `loudness` (n, r) times those of the `inputs`.
+    `A` (n, k - 1, d, d) and `F` (n, k - 1, d, r) are those of a step from its begin, `G` those from its end, `C` (n, o,
+    k, d) and `E` (n, o, k, r) of outputs. The standard deviations of a run are `loudness` (n, r) times those of the
+    `inputs`.
     """
 
     inputs: tuple[Noise, ...]
     loudness: np.ndarray
     A: np.ndarray
     F: np.ndarray
+    G: np.ndarray
     C: np.ndarray
     E: np.ndarray
 
@@ -55,8 +57,9 @@ def whiten(columns: np.ndarray, counted: np.ndarray, sensors: Sequence[Noise], l
     else:
         input_std, input_rho = (np.array([getattr(each, name) for each in carried.inputs])
                                 for name in ("std", "correlation"))
-        A, F, C, E = (np.ascontiguousarray(values) for values in (carried.A, carried.F, carried.C, carried.E))
-        _filter(columns, counted, std, rho, input_std * carried.loudness, input_rho, A, F, C, E, out)
+        A, F, G, C, E = (np.ascontiguousarray(values)
+                         for values in (carried.A, carried.F, carried.G, carried.C, carried.E))
+        _filter(columns, counted, std, rho, input_std * carried.loudness, input_rho, A, F, G, C, E, out)
     return out.reshape(n, c, o * k)
 
 
@@ -85,7 +88,7 @@ def _whiten_autoregressive(columns, counted, std, rho, out):  # type: ignore[no-
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _filter(columns, counted, std, rho, input_std, input_rho, A, F, C, E, out):  # type: ignore[no-untyped-def]
+def _filter(columns, counted, std, rho, input_std, input_rho, A, F, G, C, E, out):  # type: ignore[no-untyped-def]
     n, c, outputs, k = columns.shape
     d, r = A.shape[2], len(input_rho)
     size = d + r + outputs  # states, noise of inputs, noise of sensors
@@ -136,7 +139,7 @@ def _filter(columns, counted, std, rho, input_std, input_rho, A, F, C, E, out): 
                     for b in range(d):
                         T[a, b] = A[i, t, a, b]
                     for b in range(r):
-                        T[a, d + b] = F[i, t, a, b]
+                        T[a, d + b] = F[i, t, a, b] + input_rho[b] * G[i, t, a, b]
                 for b in range(r):
                     T[d + b, d + b] = input_rho[b]
                 for o in range(outputs):
@@ -153,8 +156,14 @@ def _filter(columns, counted, std, rho, input_std, input_rho, A, F, C, E, out): 
                         for e in range(size):
                             total += moved[a, e] * T[b, e]
                         P[a, b] = total
-                for b in range(r):
-                    P[d + b, d + b] += input_std[i, b] ** 2 * (1 - input_rho[b] ** 2)
+                for b in range(r):  # what is new in an input acts at the end of the step already
+                    fresh = input_std[i, b] ** 2 * (1 - input_rho[b] ** 2)
+                    P[d + b, d + b] += fresh
+                    for a in range(d):
+                        P[a, d + b] += fresh * G[i, t, a, b]
+                        P[d + b, a] += fresh * G[i, t, a, b]
+                        for e in range(d):
+                            P[a, e] += fresh * G[i, t, a, b] * G[i, t, e, b]
                 for o in range(outputs):
                     P[d + r + o, d + r + o] += std[i, o] ** 2 * (1 - rho[o] ** 2)
         for first in range(0, c, _LANES):
@@ -184,8 +193,9 @@ def _filter(columns, counted, std, rho, input_std, input_rho, A, F, C, E, out): 
                             for g in range(_LANES):
                                 following[a, g] += A[i, t, a, b] * state[b, g]
                         for b in range(r):
+                            through = F[i, t, a, b] + input_rho[b] * G[i, t, a, b]
                             for g in range(_LANES):
-                                following[a, g] += F[i, t, a, b] * state[d + b, g]
+                                following[a, g] += through * state[d + b, g]
                     for a in range(d):
                         for g in range(_LANES):
                             state[a, g] = following[a, g]

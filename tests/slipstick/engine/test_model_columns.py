@@ -45,7 +45,8 @@ def record(name: str) -> Recorded:
                 for signal, value in signals.items() if signal in NOISE}
     order = np.array([3.0, 0, 5, 1, 4, 2])
     recorded = prepare(machine, Runs(time, measured, commands, stated, order=order))
-    return replace(recorded, parts=tuple(replace(part, inputs=part.smooth) for part in recorded.parts))
+    return replace(recorded, parts=tuple(
+        replace(part, beyond={name: 0 * value for name, value in part.beyond.items()}) for part in recorded.parts))
 
 
 @cache
@@ -174,8 +175,8 @@ def compare(recorded: Recorded, part: Part, model: PartModel, laws: dict[Pair, C
 
 def finer(part: Part, by: int) -> Part:
     """The part with more steps in a sample."""
-    inputs = {name: refine(value, by) for name, value in part.smooth.items()}
-    return replace(part, fine=by * part.fine, step=part.step / by, inputs=inputs, smooth=inputs)
+    inputs = {name: refine(value, by) for name, value in part.inputs.items()}
+    return replace(part, fine=by * part.fine, step=part.step / by, inputs=inputs)
 
 
 @pytest.mark.parametrize(("name", "block", "pair"), [

@@ -2,6 +2,7 @@
 
 import runpy
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -87,6 +88,16 @@ def test_an_effect_in_so_few_runs_that_these_may_be_bad_sets_them_aside_and_name
     assert not answer.unexplained
 
 
+def test_an_offset_of_a_sensor_is_in_the_level_at_which_a_run_begins_and_named_alone() -> None:
+    runs = record("none")[0]
+    off = replace(runs, signals={**runs.signals, "level 2": runs.signals["level 2"] + 0.1})
+    answer = identify(prepare(TANKS, off))
+    assert [finding.pair for finding in answer.findings] == [("level 2 sensor", "offset")]
+    assert not answer.unexplained
+    starts = next(place for place, term in enumerate(answer.fits[-1].recorded.random) if term.name == "start 2")
+    assert abs(answer.fits[-1].means[starts]) < 0.3  # in cm
+
+
 @pytest.fixture(scope="module")
 def bare() -> Fit:
     return settle(prepare(TANKS, record("none")[0]), EngineSettings())[0]
@@ -116,9 +127,9 @@ def vessel(name: str) -> Block:
     return block
 
 
-def record_apart(leak: Callable[[np.ndarray], np.ndarray] = np.zeros_like) -> tuple[Machine, Runs]:
+def record_apart(leak: Callable[[np.ndarray], np.ndarray] = np.zeros_like, seed: int = 5) -> tuple[Machine, Runs]:
     """Two vessels and their recordings; the left one has a leak over its level."""
-    rng, time, n, names = np.random.default_rng(5), np.arange(0, 30, 0.25), 10, ("left", "right")
+    rng, time, n, names = np.random.default_rng(seed), np.arange(0, 30, 0.25), 10, ("left", "right")
     signals, commands = {}, {}
     for name in names:
         profile = Profile(np.tile(np.linspace(0, 30, 7), (n, 1)), rng.uniform(0, 2, (n, 7)))
@@ -162,20 +173,26 @@ def test_groups_that_share_nothing_are_one_fit_or_several() -> None:
     np.testing.assert_allclose(together.means, joined.means, atol=0.1 * np.sqrt(joined.fitted.variance).min())
 
 
-def find_kind_of_leak(leak: Callable[[np.ndarray], np.ndarray]) -> KindOfLaw | None:
-    answer = identify(prepare(*record_apart(leak)))
+def find_kind_of_leak(leak: Callable[[np.ndarray], np.ndarray], seed: int = 5) -> KindOfLaw | None:
+    answer = identify(prepare(*record_apart(leak, seed)))
     assert [finding.pair for finding in answer.findings] == [("left leak", "left level")]
     return find_kind(next(each for each in answer.fits if each.laws), ("left leak", "left level"))
 
 
 def test_a_law_of_a_known_kind_has_its_coefficients_within_their_intervals() -> None:
-    kind = find_kind_of_leak(lambda level: 0.3 * np.maximum(level - 1.1, 0))
-    assert kind is not None
-    assert kind.name == "above a threshold"
-    assert [each.name for each in kind.coefficients] == ["slope", "threshold"]
-    slope, threshold = kind.coefficients
-    assert slope.lower < 0.3 < slope.upper < 0.35
-    assert threshold.lower < 1.1 < threshold.upper
+    """Over six draws: the errors of slope and threshold have the size that their intervals tell."""
+    off = []
+    for seed in range(5, 11):
+        kind = find_kind_of_leak(lambda level: 0.3 * np.maximum(level - 1.1, 0), seed)
+        assert kind is not None
+        assert kind.name == "above a threshold"
+        assert [each.name for each in kind.coefficients] == ["slope", "threshold"]
+        off.append([(each.value - true) / (each.upper - each.value) * 1.96
+                    for each, true in zip(kind.coefficients, (0.3, 1.1), strict=True)])
+        assert kind.coefficients[0].upper < 0.35
+    spread = np.sqrt(np.mean(np.square(off), axis=0))
+    assert (spread > 0.3).all()  # chi-square with 6 degrees of freedom: 0.3 and 1.9 are beyond 0.1 % on either side
+    assert (spread < 1.9).all()
 
 
 def test_a_law_of_no_known_kind_stays_a_measured_law() -> None:

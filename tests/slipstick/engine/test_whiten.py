@@ -30,7 +30,7 @@ class Carrier:
     def carried(self) -> CarriedNoise:
         rng, (d, r, o, k) = np.random.default_rng(10 * self.d + self.r), (self.d, self.r, self.o, self.k)
         return CarriedNoise(INPUTS[:r], LOUD_INPUTS[:, :r], rng.uniform(-0.6, 0.8, (RUNS, k - 1, d, d)),
-                            rng.standard_normal((RUNS, k - 1, d, r)), rng.standard_normal((RUNS, o, k, d)),
+                            *rng.standard_normal((2, RUNS, k - 1, d, r)), rng.standard_normal((RUNS, o, k, d)),
                             self.direct * rng.standard_normal((RUNS, o, k, r)))
 
     def responses(self, run: int) -> np.ndarray:
@@ -39,7 +39,7 @@ class Carrier:
         out = np.zeros((self.o, k, self.r, k))
         for source in range(self.r):
             for begin in range(k):
-                x = np.zeros(self.d)
+                x = carried.G[run, begin - 1, :, source] if begin else np.zeros(self.d)
                 for t in range(begin, k):
                     impulse = np.eye(self.r)[source] * (t == begin)
                     out[:, t, source, begin] = carried.C[run, :, t] @ x + carried.E[run, :, t] @ impulse
@@ -128,7 +128,7 @@ def test_noise_comes_out_white_with_unit_variance(carrier: Carrier, missing: str
         for t in range(k):
             columns[run, :, :, t] = (carried.C[run, :, t] @ x + carried.E[run, :, t] @ u[:, :, t]).T
             if t + 1 < k:
-                x = carried.A[run, t] @ x + carried.F[run, t] @ u[:, :, t]
+                x = carried.A[run, t] @ x + carried.F[run, t] @ u[:, :, t] + carried.G[run, t] @ u[:, :, t + 1]
         for output in range(o):
             columns[run, :, output] += LOUD[run, output] * draw_noise(SENSORS[output], (draws, k), rng)
     white = whiten(columns, counted, SENSORS[:o], LOUD[:, :o], carried).reshape(RUNS, draws, o, k)

@@ -306,7 +306,7 @@ def test_blocks_of_shipped_machines_follow_simulated_runs(name: str) -> None:
 def test_quantities_of_shipped_machines_act_on_their_blocks(name: str) -> None:
     recorded = prepare(shipped(name), SIMULATED[name][0]()[0])
     for part in recorded.parts:
-        problem = Problem(part.system, part.step, part.smooth, part.quantities, part.parameters)
+        problem = Problem(part.system, part.step, part.inputs, part.quantities, part.parameters)
         solved = solve(problem, integrate(problem, problem.shape))
         basis = np.ones((RUNS, 1, part.fine * (len(recorded.runs.time) - 1) + 1))
         for quantity in part.block.quantities:
