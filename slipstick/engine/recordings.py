@@ -303,7 +303,8 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
 
     def at(fine: int) -> Part:
         instants = np.linspace(runs.time[0], runs.time[-1], fine * (len(runs.time) - 1) + 1)
-        commands = {name: runs.commands[name].at(instants) for name in block.reads if name in runs.commands}
+        commands = {name: runs.commands[name].approximate(instants) for name in block.reads
+                    if name in runs.commands}
         for name in block.reads:
             if name in runs.channels:
                 channel = np.asarray(runs.channels[name], float)
@@ -335,26 +336,46 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
 
 
 def _draw(part: Part, time: float, signals: Mapping[str, np.ndarray], smooth: Mapping[str, np.ndarray]) -> Part:
-    """Return a part whose states that may come to rest are drawn to their measured values within a `time` in s.
+    """Return a part whose states that may come to rest are drawn to what their sensors read within a `time` in s.
 
-    This is a model in innovations form (Ljung, System Identification, 1999, section 4.3) with a fixed gain.
+    This is a model in innovations form (Ljung, System Identification, 1999, section 4.3) with fixed gains. A state that
+    is not measured is drawn by the sensor of one whose rate it is, so that both errors decay with that time.
     """
-    drawn = [name for name in part.block.switches if name in part.signals]
-    if not drawn:
+    pulls, states = list[tuple[int, str, float]](), part.block.states
+    for name in part.block.switches:
+        if name in part.signals:
+            pulls.append((states.index(name), name, 1 / time))
+            continue
+        for measured in set(states) & set(part.signals):
+            slope = _differentiate_rate(part, states.index(measured), states.index(name))
+            if slope:
+                pulls += [(states.index(measured), measured, 2 / time), (states.index(name), measured,
+                                                                        1 / (slope * time**2))]
+                break
+    if not pulls:
         return part
-    places = [part.block.states.index(name) for name in drawn]
+    read = {name: _MEASURED + identifier_of(name) for _, name, _ in pulls}
 
     def rate(x: Any, u: Any, q: Any, p: Any) -> States:
         rates = list(as_tuple(part.system.rate(x, u, q, p)))
-        for place, name in zip(places, drawn, strict=True):
-            rates[place] = rates[place] + (getattr(u, _MEASURED + identifier_of(name))
-                                           - getattr(x, identifier_of(name))) / time
+        for place, name, gain in pulls:
+            rates[place] = rates[place] + gain * (getattr(u, read[name]) - getattr(x, identifier_of(name)))
         return tuple(rates)
 
-    read = {_MEASURED + identifier_of(name): name for name in drawn}
     return replace(part, system=replace(part.system, rate=rate), inputs={**part.inputs, **{
-        name: refine(smooth[signal], part.fine) for name, signal in read.items()}}, beyond={**part.beyond, **{
-            name: signals[signal] - smooth[signal] for name, signal in read.items()}})
+        name: refine(smooth[signal], part.fine) for signal, name in read.items()}}, beyond={**part.beyond, **{
+            name: signals[signal] - smooth[signal] for signal, name in read.items()}})
+
+
+def _differentiate_rate(part: Part, of: int, on: int) -> float:
+    """Return the derivative of the rate of a state with another one, at the begin of the first run."""
+    system, u, p = part.system, Namespace(**{name: value[:1, 0] for name, value in part.inputs.items()}), Namespace(
+        **{name: value[:1, 0] for name, value in part.parameters.items()})
+    q, sides = Namespace(**part.quantities), {place: np.ones(1) for place in system.switches}
+    x = [np.broadcast_to(state, 1) for state in as_tuple(system.start(u, q, p))]
+    before = as_tuple(system.rate(system.name(tuple(x), sides), u, q, p))[of]
+    x[on] = x[on] + 1.0
+    return float(np.squeeze(as_tuple(system.rate(system.name(tuple(x), sides), u, q, p))[of] - before))
 
 
 def pose_nominal(part: Part) -> Problem:

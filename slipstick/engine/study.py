@@ -23,6 +23,8 @@ from slipstick.engine.selection import Finding, Identification, Log, fit_bare, i
 from slipstick.engine.settings import EngineSettings
 from slipstick.engine.simulation import simulate
 from slipstick.machine.declaration import Machine
+from slipstick.machine.digest import digest
+from slipstick.machine.kinds import KINDS
 from slipstick.machine.runs import Profile, Runs
 from slipstick.machine.whole import compose
 
@@ -81,7 +83,8 @@ class MachineStudy:
     """What recordings of a machine ask for, the measured `laws`, and how the whole machine confirms them.
 
     `kinds` are those of the laws that a kind explains as well; a law without one stays a measured law.
-    `confirmation` is missing where nothing was found, or only errors of sensors that nothing else reads.
+    `confirmation` is missing where nothing was found, or only errors of sensors that nothing else reads. The `digest`
+    is that of settings, machine and kinds.
     """
 
     machine: Machine
@@ -90,6 +93,7 @@ class MachineStudy:
     kinds: tuple[KindOfLaw, ...]
     parameters: tuple[ParameterEstimate, ...]
     confirmation: Confirmation | None
+    digest: str
     seconds: float
 
     @property
@@ -118,7 +122,7 @@ def study(machine: Machine, runs: Runs, values: Mapping[str, float] | None = Non
     kinds = tuple(kind for each, pair in named_laws for kind in [find_kind(each, pair)] if kind is not None)
     confirmation = _confirm(machine, runs, values, named, log) if named.findings else None
     return MachineStudy(machine, named, laws, kinds, estimate_parameters(join(named.fits)), confirmation,
-                        time.perf_counter() - began)
+                        digest(settings, machine, KINDS), time.perf_counter() - began)
 
 
 def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+import scipy
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,6 +19,34 @@ class Profile:
     def at(self, time: np.ndarray) -> np.ndarray:
         """Return the command (n, k) at instants (k,)."""
         return np.array([np.interp(time, *corners) for corners in zip(self.time, self.value, strict=True)])
+
+    def approximate(self, time: np.ndarray) -> np.ndarray:
+        """Return values (n, k) at even instants (k,) between which lines are closest to the command, in least squares.
+
+        Equations that are driven by these lines lack nothing of the integral of a command whose corners lie between
+        the instants.
+        """
+        values = self.at(time)
+        if len(time) < 3:
+            return values
+        step = (time[-1] - time[0]) / (len(time) - 1)
+        # What a hat about each inner instant weighs is the second difference of the double integral of the command.
+        hats = np.array([np.diff(_integrate_twice(*corners, time), 2)
+                         for corners in zip(self.time, self.value, strict=True)]) / step**2
+        hats[:, [0, -1]] -= values[:, [0, -1]] / 6  # the command itself at both ends
+        bands = np.array([[1 / 6], [2 / 3], [1 / 6]]) * np.ones(len(time) - 2)
+        values[:, 1:-1] = scipy.linalg.solve_banded((1, 1), bands, hats.T).T
+        return values
+
+
+def _integrate_twice(corners: np.ndarray, values: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Return the double integral (k,) from the first of the instants (k,) of what is linear between corners."""
+    inner = (corners > time[0]) & (corners < time[-1])
+    grid = np.unique(np.concatenate([time, corners[inner]]))
+    value, step = np.interp(grid, corners, values), np.diff(grid)
+    once = np.append(0.0, np.cumsum(step * (value[1:] + value[:-1]) / 2))
+    twice = np.append(0.0, np.cumsum(step * once[:-1] + step**2 * (2 * value[:-1] + value[1:]) / 6))
+    return np.asarray(twice[np.searchsorted(grid, time)])
 
 
 @dataclass(frozen=True, eq=False)

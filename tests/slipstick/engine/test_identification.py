@@ -19,6 +19,8 @@ from slipstick.engine.settings import EngineSettings
 from slipstick.engine.simulation import find_time, simulate
 from slipstick.engine.study import study
 from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Runs, Sensor
+from slipstick.machine.digest import digest
+from slipstick.machine.kinds import KINDS
 from slipstick.machine.whole import compose
 
 RUNS, TIME, NOISE = 24, np.linspace(0, 100, 201), 0.004
@@ -168,6 +170,7 @@ def test_the_whole_machine_confirms_the_law_and_not_the_control() -> None:
     assert confirmation.control_gap.closed < 0.3
     inflow = next(each for each in result.parameters if each.name == "inflow")
     assert abs(inflow.mean - 1.03 * INFLOW) < 4 * inflow.error + 0.02 * INFLOW
+    assert result.digest == digest(EngineSettings(), declare(), KINDS)
 
 
 def test_the_extended_machine_simulates_with_its_laws() -> None:
