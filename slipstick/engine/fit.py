@@ -197,43 +197,80 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
     """
     state = state or begin(recorded)
     variance = np.full(len(recorded.random), _FIRST) if variance is None else np.maximum(variance, _FIRST * 1e-4)
-    widest = _BEYOND * np.array([term.widest for term in recorded.random])
     state = replace(state, laws={pair: state.laws.get(pair, np.zeros(law.count)) for pair, law in laws.items()})
     best: Fit | None = None
     for _ in range(_BUILDS):
         models = {part.name: build_part(recorded, part, state, laws) for part in recorded.parts}
-        before, number = np.inf, 0
-        for number in range(_STEPS):
-            state = replace(state, tracks={name: model.trajectory.x for name, model in models.items()})
-            products = assemble(recorded, models, laws, state)
-            if not np.isfinite(products.values).all():
-                break
-            priors = adapt_priors(products, laws, priors, variance)
-            gram, turn = products.gram([priors[pair].root(law) for pair, law in laws.items()])
-            fitted = estimate(gram, variance)
-            variance = np.clip(fitted.variance, _LEAST * widest**2, widest**2)
-            promised = fitted.posterior - fitted.at(_inside(turn, fitted, state, laws)).posterior
-            if number == 0:
-                evidence = restricted_likelihood(gram, fitted.variance) - promised
-                current = Fit(recorded, dict(laws), dict(priors), state, models, products, fitted, turn, evidence,
-                              promised, promised < settled)
-                if best is None or current.evidence > best.evidence:
-                    best = current
-                if current.converged or evidence + HOPED * promised < needed:
-                    return best
-            elif promised < settled or promised > _SHRUNK * before:
-                break
-            there = _descend(recorded, models, laws, priors, variance, state,
-                             _moved(recorded, laws, fitted, turn, state), products, settled)
-            if there is None:
-                break
-            (state, models), before = there, promised
-        if number == 0:  # no way leads on
+        solved = _solve(recorded, models, laws, priors, variance, state)
+        if solved is None:
             break
+        evidence = restricted_likelihood(solved.fitted.gram, solved.fitted.variance) - solved.promised
+        current = Fit(recorded, dict(laws), solved.priors, solved.state, models, solved.products, solved.fitted,
+                      solved.turn, evidence, solved.promised, solved.promised < settled)
+        if best is None or current.evidence > best.evidence:
+            best = current
+        if current.converged or evidence + HOPED * current.promised < needed:
+            return best
+        following = _follow(recorded, models, laws, solved, settled)
+        if following is None:  # no way leads on
+            break
+        state, priors, variance = following.state, following.priors, following.variance
     if best is None:
         raise InvalidValue("The equations have no finite solution at the parameters at which a fit begins",
                            "Check the nominal values of the parameters, and the equations at the largest inputs")
     return best
+
+
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    """The linear mixed model about a `state`, solved, with the `priors` and the `variance` of the largest evidence.
+
+    `promised` are the nats that a step to the solution promises.
+    """
+
+    state: State
+    products: Products
+    priors: dict[Pair, Prior]
+    fitted: Fitted
+    turn: np.ndarray
+    variance: np.ndarray
+    promised: float
+
+
+def _solve(recorded: Recorded, models: Mapping[str, PartModel], laws: Mapping[Pair, Candidate],
+           priors: Mapping[Pair, Prior], variance: np.ndarray, state: State) -> _Solved | None:
+    """Solve the linear mixed model of models about a state; None where it is not finite."""
+    state = replace(state, tracks={name: model.trajectory.x for name, model in models.items()})
+    products = assemble(recorded, models, laws, state)
+    if not np.isfinite(products.values).all():
+        return None
+    adapted = adapt_priors(products, laws, priors, variance)
+    gram, turn = products.gram([adapted[pair].root(law) for pair, law in laws.items()])
+    fitted, widest = estimate(gram, variance), _BEYOND * np.array([term.widest for term in recorded.random])
+    promised = fitted.posterior - fitted.at(_inside(turn, fitted, state, laws)).posterior
+    return _Solved(state, products, adapted, fitted, turn, np.clip(fitted.variance, _LEAST * widest**2, widest**2),
+                   promised)
+
+
+def _follow(recorded: Recorded, models: Mapping[str, PartModel], laws: Mapping[Pair, Candidate], solved: _Solved,
+            settled: float) -> _Solved | None:
+    """Step on with the columns of the models as long as each step promises much less than the one before.
+
+    The last solved model is returned, at the state to which the steps lead, and None where the first one leads nowhere.
+    """
+    for number in range(_STEPS):
+        there = _descend(recorded, models, laws, solved.priors, solved.variance, solved.state,
+                         _moved(recorded, laws, solved.fitted, solved.turn, solved.state), solved.products, settled)
+        if there is None:
+            return solved if number else None
+        state, models = there
+        following = _solve(recorded, models, laws, solved.priors, solved.variance, state)
+        if following is None:
+            return replace(solved, state=state)
+        if following.promised < settled or following.promised > _SHRUNK * solved.promised:
+            return following
+        solved = following
+    return solved
 
 
 def _descend(recorded: Recorded, models: Mapping[str, PartModel], laws: Mapping[Pair, Candidate],

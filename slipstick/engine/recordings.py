@@ -197,14 +197,13 @@ def prepare(machine: Machine, runs: Runs, values: Mapping[str, float] | None = N
     signals = {name: np.asarray(value, float) for name, value in runs.signals.items()}
     noise = {name: estimate_sensor_noise(name, value) for name, value in signals.items()}
     smooth = {name: smooth_signal(value) for name, value in signals.items()}
-    straight = {name: straighten(value) for name, value in smooth.items()}
     known = {*signals, *runs.commands, *runs.conditions, *runs.channels}
     blocks = [block for block in machine.blocks if set(block.signals) <= set(signals) and set(block.reads) <= known]
     nominal = _find_nominal(machine, blocks, runs, signals, values or {})
-    alone = [_prepare_part(block, machine, runs, signals, straight, noise, nominal, is_free) for block in blocks]
+    alone = [_prepare_part(block, machine, runs, signals, smooth, noise, nominal, is_free) for block in blocks]
     steps = {signal: part.fine for part in alone for signal in part.signals}
     # A part that reads what another one gives takes as many steps, to know how it bends between samples.
-    parts = tuple(_prepare_part(part.block, machine, runs, signals, straight, noise, nominal, is_free, least)
+    parts = tuple(_prepare_part(part.block, machine, runs, signals, smooth, noise, nominal, is_free, least)
                   if part.block.states and least > part.fine else part for part in alone
                   for least in [max((steps.get(name, 1) for name in part.block.reads), default=1)])
     within = _list_signals(machine, runs, smooth)
@@ -219,6 +218,7 @@ def explain(recorded: Recorded, explained: Mapping[str, np.ndarray]) -> Recorded
     They are (n, K) at several instants a sample, so that parts that read them know how they bend between samples.
     """
     by_identifier = {identifier_of(name): signal for name, signal in explained.items()}
+    measured = {identifier_of(name): signal for name, signal in recorded.runs.signals.items()}
     last = len(recorded.runs.time) - 1
 
     def known(part: Part) -> Part:
@@ -228,7 +228,7 @@ def explain(recorded: Recorded, explained: Mapping[str, np.ndarray]) -> Recorded
                 finer = by_identifier[identifier_of(signal)]
                 more = part.fine * last // (finer.shape[1] - 1)
                 inputs[name] = refine(finer, more) if more else finer[:, ::(finer.shape[1] - 1) // (part.fine * last)]
-                beyond[name] = part.inputs[name][:, ::part.fine] + part.beyond[name] - inputs[name][:, ::part.fine]
+                beyond[name] = measured[identifier_of(signal)] - inputs[name][:, ::part.fine]
         return replace(part, inputs=inputs, beyond=beyond)
 
     smooth = {sensor.signal: recorded.signals[sensor.signal] for sensor in recorded.machine.sensors
@@ -301,6 +301,10 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
     loudness = {name: estimate_loudness(np.diff(signals[name], axis=1), counted[:, 0, 1:]) for name in block.reads
                 if name in signals}
 
+    # What is read between samples, if there are states that it drives.
+    driving, beyond = ({name: straighten(value) if block.states else value for name, value in each.items()}
+                       for each in (smooth, {name: signals[name] - smooth[name] for name in signals}))
+
     def at(fine: int) -> Part:
         instants = np.linspace(runs.time[0], runs.time[-1], fine * (len(runs.time) - 1) + 1)
         commands = {name: runs.commands[name].approximate(instants) for name in block.reads
@@ -313,13 +317,13 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
         measured = [name for name in block.reads if name in signals]
         part = Part(block, system_of(block), runs.step / fine, fine,
                     {identifier_of(name): value for name, value in
-                     {**commands, **{name: refine(smooth[name], fine) for name in measured}}.items()},
-                    {identifier_of(name): signals[name] - smooth[name] for name in measured},
+                     {**commands, **{name: refine(driving[name], fine) for name in measured}}.items()},
+                    {identifier_of(name): beyond[name] for name in measured},
                     {identifier_of(name): noise[name] for name in measured}, parameters,
                     np.stack([signals[name] for name in block.signals], axis=1), counted,
                     tuple(noise[name] for name in block.signals), np.ones((len(runs), len(block.signals))),
                     np.stack([loudness[name] for name in measured], axis=1) if measured else np.ones((len(runs), 0)))
-        return part if is_free else _draw(part, _DRAWN * runs.step, signals, smooth)
+        return part if is_free else _draw(part, _DRAWN * runs.step, driving, beyond)
 
     if not block.states:
         return at(1)
@@ -335,7 +339,7 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
     return coarse
 
 
-def _draw(part: Part, time: float, signals: Mapping[str, np.ndarray], smooth: Mapping[str, np.ndarray]) -> Part:
+def _draw(part: Part, time: float, smooth: Mapping[str, np.ndarray], beyond: Mapping[str, np.ndarray]) -> Part:
     """Return a part whose states that may come to rest are drawn to what their sensors read within a `time` in s.
 
     This is a model in innovations form (Ljung, System Identification, 1999, section 4.3) with fixed gains. A state that
@@ -364,7 +368,7 @@ def _draw(part: Part, time: float, signals: Mapping[str, np.ndarray], smooth: Ma
 
     return replace(part, system=replace(part.system, rate=rate), inputs={**part.inputs, **{
         name: refine(smooth[signal], part.fine) for signal, name in read.items()}}, beyond={**part.beyond, **{
-            name: signals[signal] - smooth[signal] for signal, name in read.items()}})
+            name: beyond[signal] for signal, name in read.items()}})
 
 
 def _differentiate_rate(part: Part, of: int, on: int) -> float:
