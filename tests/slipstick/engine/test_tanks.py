@@ -191,7 +191,7 @@ def test_a_law_of_a_known_kind_has_its_coefficients_within_their_intervals() -> 
                     for each, true in zip(kind.coefficients, (0.3, 1.1), strict=True)])
         assert kind.coefficients[0].upper < 0.35
     spread = np.sqrt(np.mean(np.square(off), axis=0))
-    assert (spread > 0.3).all()  # chi-square with 6 degrees of freedom: 0.3 and 1.9 are beyond 0.1 % on either side
+    assert (spread > 0.3).all()  # by chi-square with 6 degrees of freedom, 0.3 % are below 0.3 and 0.1 % above 1.9
     assert (spread < 1.9).all()
 
 
