@@ -24,13 +24,11 @@ from slipstick.engine.recordings import (
     refine,
 )
 from slipstick.engine.trajectory import OwnLaw, Problem, Trajectory, solve
-from slipstick.engine.whitening import CarriedNoise, whiten
+from slipstick.engine.whitening import CarriedNoise, Whitening
 from slipstick.machine.declaration import SENSOR, Namespace, identifier_of
 
 _LATER = 0.01
 """Step of the derivative with the clock, in samples."""
-_TOGETHER = 8
-"""Runs that are whitened together, so that their columns stay in the cache."""
 
 Key = tuple[str, str]
 """What a row is the response to: "parameter", "quantity", "input" or "sensor", and its name; or "clock"."""
@@ -71,7 +69,7 @@ class PartModel:
     signals: np.ndarray
     predicted: np.ndarray
     clocks: tuple[float, ...]
-    carried: CarriedNoise | None
+    whitening: Whitening | None
     keys: tuple[Key, ...]
     places: Mapping[Pair, slice]
     rows: np.ndarray
@@ -83,14 +81,8 @@ class PartModel:
 
     def white(self, columns: np.ndarray) -> np.ndarray:
         """Return columns (n, c, o, k) whitened, (n, c, o k)."""
-        part, carried = self.part, self.carried
-        out = np.empty((len(columns), columns.shape[1], columns.shape[2] * columns.shape[3]))
-        for first in range(0, len(columns), _TOGETHER):
-            rows = slice(first, first + _TOGETHER)
-            noise = None if carried is None else CarriedNoise(carried.inputs, *(
-                getattr(carried, name)[rows] for name in ("loudness", "A", "F", "G", "C", "E")))
-            out[rows] = whiten(columns[rows], part.counted[rows], part.sensors, part.loudness[rows], noise)
-        return np.asarray(out / np.sqrt(part.temper))
+        assert self.whitening is not None
+        return np.asarray(self.whitening.apply(columns) / np.sqrt(self.part.temper))
 
     def late(self, signals: np.ndarray, every: int) -> np.ndarray:
         """Return each `every`-th instant of signals (..., o, K), read by sensors that are late."""
@@ -147,7 +139,8 @@ def _read_own(problem: Problem, x: np.ndarray) -> dict[str, np.ndarray]:
 def build_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate]) -> PartModel:
     """Return the linear model of a part with the `laws` of a state."""
     model = _predict(recorded, part, state, laws)
-    model = replace(model, carried=_carry(part, model.trajectory))
+    model = replace(model, whitening=Whitening.of(part.counted, part.sensors, part.loudness,
+                                                  _carry(part, model.trajectory)))
     terms = [term for term in (*recorded.random, *recorded.shared) if touches(term, part)]
     keys = tuple(dict.fromkeys([key_of_term(term) for term in terms]
                                + [key_of_law(law, part) for law in model.laws.values() if is_between(law)]))
@@ -171,7 +164,7 @@ def move_part(recorded: Recorded, model: PartModel, state: State) -> PartModel:
     there = _predict(recorded, model.part, state, model.laws, model.noisy)
     rows = model.rows.copy()
     rows[:, -1:] = model.white(there.residual[:, None])
-    return replace(there, carried=model.carried, keys=model.keys, places=model.places, rows=rows)
+    return replace(there, whitening=model.whitening, keys=model.keys, places=model.places, rows=rows)
 
 
 def _predict(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate],

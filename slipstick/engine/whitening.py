@@ -39,28 +39,63 @@ class CarriedNoise:
     C: np.ndarray
     E: np.ndarray
 
+    def __post_init__(self) -> None:
+        """Arrange the arrays for the filter."""
+        for name in ("A", "F", "G", "C", "E"):
+            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name)))
 
-def whiten(columns: np.ndarray, counted: np.ndarray, sensors: Sequence[Noise], loudness: np.ndarray,
-           carried: CarriedNoise | None = None) -> np.ndarray:
-    """Return columns (n, c, o, k) after the filter, (n, c, o k): 0 at samples that are not `counted` (n, o, k).
+    @property
+    def rho(self) -> np.ndarray:
+        """Autocorrelation (r,) of the inputs."""
+        return np.array([each.correlation for each in self.inputs])
 
-    The noise of a run has `loudness` (n, o) times the standard deviations of the `sensors`. Samples that are not
-    counted are missing, not zero: the noise goes on over them.
+
+@dataclass(frozen=True, eq=False)
+class Whitening:
+    """The filter of n runs with o outputs at k samples, of which some are `counted` (n, o, k).
+
+    `std` (n, o) and `rho` (o,) are those of the noise of sensors. With `carried` noise, the r inputs have `input_std`
+    (n, r), and what is new at a sample changes the estimates of states and noise by `gains` (n, k, o, d + r + o), and
+    has the inverse standard deviation `roots` (n, k, o).
     """
-    n, c, o, k = columns.shape
-    out = np.zeros((n, c, o, k))
-    columns, counted = np.ascontiguousarray(columns), np.ascontiguousarray(counted)
-    std, rho = (np.array([getattr(each, name) for each in sensors]) for name in ("std", "correlation"))
-    std = std * loudness
-    if carried is None:
-        _whiten_autoregressive(columns, counted, std, rho, out)
-    else:
-        input_std, input_rho = (np.array([getattr(each, name) for each in carried.inputs])
-                                for name in ("std", "correlation"))
-        A, F, G, C, E = (np.ascontiguousarray(values)
-                         for values in (carried.A, carried.F, carried.G, carried.C, carried.E))
-        _filter(columns, counted, std, rho, input_std * carried.loudness, input_rho, A, F, G, C, E, out)
-    return out.reshape(n, c, o * k)
+
+    counted: np.ndarray
+    std: np.ndarray
+    rho: np.ndarray
+    carried: CarriedNoise | None
+    gains: np.ndarray
+    roots: np.ndarray
+
+    @classmethod
+    def of(cls, counted: np.ndarray, sensors: Sequence[Noise], loudness: np.ndarray,
+           carried: CarriedNoise | None = None) -> "Whitening":
+        """Return the filter for noise of `sensors`, whose standard deviations in a run are multiplied by `loudness` (n,
+        o)."""
+        counted = np.ascontiguousarray(counted)
+        std, rho = (np.array([getattr(each, name) for each in sensors]) for name in ("std", "correlation"))
+        if carried is None:
+            return cls(counted, std * loudness, rho, None, np.empty(0), np.empty(0))
+        (n, o, k), d, r = counted.shape, carried.A.shape[2], len(carried.inputs)
+        gains, roots = np.zeros((n, k, o, d + r + o)), np.zeros((n, k, o))
+        input_std = np.array([each.std for each in carried.inputs]) * carried.loudness
+        _find_gains(counted, std * loudness, rho, input_std, carried.rho, carried.A, carried.F, carried.G, carried.C,
+                    carried.E, gains, roots)
+        return cls(counted, std * loudness, rho, carried, gains, roots)
+
+    def apply(self, columns: np.ndarray) -> np.ndarray:
+        """Return columns (n, c, o, k) after the filter, (n, c, o k), 0 at samples that are not counted.
+
+        These are missing, not zero: the noise goes on over them.
+        """
+        n, c, o, k = columns.shape
+        out, columns = np.zeros((n, c, o, k)), np.ascontiguousarray(columns)
+        if self.carried is None:
+            _whiten_autoregressive(columns, self.counted, self.std, self.rho, out)
+        else:
+            noise = self.carried
+            _filter(columns, self.counted, self.rho, noise.rho, noise.A, noise.F, noise.G, noise.C, noise.E, self.gains,
+                    self.roots, out)
+        return out.reshape(n, c, o * k)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -88,21 +123,25 @@ def _whiten_autoregressive(columns, counted, std, rho, out):  # type: ignore[no-
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _filter(columns, counted, std, rho, input_std, input_rho, A, F, G, C, E, out):  # type: ignore[no-untyped-def]
-    n, c, outputs, k = columns.shape
+def _find_last(counted):  # type: ignore[no-untyped-def]
+    """Return the number of samples (o, k) up to the last one that is counted."""
+    last = 0
+    for o in range(counted.shape[0]):
+        for t in range(counted.shape[1]):
+            if counted[o, t] and t + 1 > last:
+                last = t + 1
+    return last
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _find_gains(counted, std, rho, input_std, input_rho, A, F, G, C, E, gains, roots):  # type: ignore[no-untyped-def]
+    n, outputs, _ = counted.shape
     d, r = A.shape[2], len(input_rho)
     size = d + r + outputs  # states, noise of inputs, noise of sensors
-    P, moved = np.empty((size, size)), np.empty((size, size))
-    gains, H = np.zeros((k, outputs, size)), np.zeros((k, outputs, size))
-    roots, state, following = np.zeros((k, outputs)), np.zeros((size, _LANES)), np.zeros((size, _LANES))
-    T, covariance = np.zeros((size, size)), np.empty(size)
-    innovation = np.zeros(_LANES)
+    P, moved, T, H = np.empty((size, size)), np.empty((size, size)), np.zeros((size, size)), np.empty(size)
+    covariance = np.empty(size)
     for i in range(n):
-        last = 0
-        for o in range(outputs):
-            for t in range(k):
-                if counted[i, o, t] and t + 1 > last:
-                    last = t + 1
+        last = _find_last(counted[i])
         P[:] = 0.0
         for b in range(r):
             P[d + b, d + b] = input_std[i, b] ** 2
@@ -110,29 +149,28 @@ def _filter(columns, counted, std, rho, input_std, input_rho, A, F, G, C, E, out
             P[d + r + o, d + r + o] = std[i, o] ** 2
         for t in range(last):
             for o in range(outputs):
-                H[t, o, :] = 0.0
-                for a in range(d):
-                    H[t, o, a] = C[i, o, t, a]
-                for b in range(r):
-                    H[t, o, d + b] = E[i, o, t, b]
-                H[t, o, d + r + o] = 1.0
-                gains[t, o, :] = 0.0
                 if not counted[i, o, t]:
                     continue
+                H[:] = 0.0
+                for a in range(d):
+                    H[a] = C[i, o, t, a]
+                for b in range(r):
+                    H[d + b] = E[i, o, t, b]
+                H[d + r + o] = 1.0
                 variance = 0.0
                 for a in range(size):
                     total = 0.0
                     for b in range(size):
-                        total += P[a, b] * H[t, o, b]
+                        total += P[a, b] * H[b]
                     covariance[a] = total
                 for a in range(size):
-                    variance += H[t, o, a] * covariance[a]
-                roots[t, o] = 1 / np.sqrt(variance)
+                    variance += H[a] * covariance[a]
+                roots[i, t, o] = 1 / np.sqrt(variance)
                 for a in range(size):
-                    gains[t, o, a] = covariance[a] / variance
+                    gains[i, t, o, a] = covariance[a] / variance
                 for a in range(size):
                     for b in range(size):
-                        P[a, b] -= gains[t, o, a] * covariance[b]
+                        P[a, b] -= gains[i, t, o, a] * covariance[b]
             if t + 1 < last:
                 T[:] = 0.0
                 for a in range(d):
@@ -166,6 +204,16 @@ def _filter(columns, counted, std, rho, input_std, input_rho, A, F, G, C, E, out
                             P[a, e] += fresh * G[i, t, a, b] * G[i, t, e, b]
                 for o in range(outputs):
                     P[d + r + o, d + r + o] += std[i, o] ** 2 * (1 - rho[o] ** 2)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _filter(columns, counted, rho, input_rho, A, F, G, C, E, gains, roots, out):  # type: ignore[no-untyped-def]
+    n, c, outputs, _ = columns.shape
+    d, r = A.shape[2], len(input_rho)
+    size = d + r + outputs
+    state, following, innovation = np.zeros((size, _LANES)), np.zeros((size, _LANES)), np.zeros(_LANES)
+    for i in range(n):
+        last = _find_last(counted[i])
         for first in range(0, c, _LANES):
             count = min(_LANES, c - first)
             state[:] = 0.0
@@ -175,14 +223,19 @@ def _filter(columns, counted, std, rho, input_std, input_rho, A, F, G, C, E, out
                         continue
                     for g in range(count):
                         innovation[g] = columns[i, first + g, o, t]
-                    for a in range(size):
-                        if H[t, o, a] != 0.0:
+                    for a in range(d):
+                        for g in range(_LANES):
+                            innovation[g] -= C[i, o, t, a] * state[a, g]
+                    for b in range(r):
+                        if E[i, o, t, b] != 0.0:
                             for g in range(_LANES):
-                                innovation[g] -= H[t, o, a] * state[a, g]
+                                innovation[g] -= E[i, o, t, b] * state[d + b, g]
+                    for g in range(_LANES):
+                        innovation[g] -= state[d + r + o, g]
                     for g in range(count):
-                        out[i, first + g, o, t] = innovation[g] * roots[t, o]
+                        out[i, first + g, o, t] = innovation[g] * roots[i, t, o]
                     for a in range(size):
-                        gain = gains[t, o, a]
+                        gain = gains[i, t, o, a]
                         for g in range(_LANES):
                             state[a, g] += gain * innovation[g]
                 if t + 1 < last:

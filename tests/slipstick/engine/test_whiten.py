@@ -1,5 +1,6 @@
 """The filter against the dense covariance matrix, which is built from responses to single impulses of the noise."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,13 +8,18 @@ import pytest
 from scipy.linalg import block_diag
 
 from slipstick.engine.noise import Noise, draw_noise
-from slipstick.engine.whitening import CarriedNoise, whiten
+from slipstick.engine.whitening import CarriedNoise, Whitening
 
 SENSORS = Noise(0.5, 0.6), Noise(2.0, -0.3)
 INPUTS = Noise(0.4, 0.8), Noise(1.5, 0.0)
 LOUD, LOUD_INPUTS = np.array([[1.0, 0.5], [1.7, 2.0]]), np.array([[0.6, 1.0], [1.0, 3.0]])
 """By how much the noise of each run is louder."""
 RUNS, SAMPLES, COLUMNS = 2, 24, 11  # more columns than are filtered together
+
+
+def whiten(columns: np.ndarray, counted: np.ndarray, sensors: Sequence[Noise], loudness: np.ndarray,
+           carried: CarriedNoise | None = None) -> np.ndarray:
+    return Whitening.of(counted, sensors, loudness, carried).apply(columns)
 
 
 @dataclass(frozen=True, eq=False)
