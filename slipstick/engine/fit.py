@@ -170,8 +170,9 @@ class Fit:
         return self.fitted.coefficients[:len(self.recorded.random)]
 
     def again(self, recorded: Recorded) -> "Fit":
-        """Return the fit of the same runs with another noise, from here on."""
-        return fit(recorded, self.laws, self.priors, self.state, self.fitted.variance)
+        """Return the fit of the same runs with another noise, or with signals that are explained anew, from here on."""
+        laws = {pair: law.renew(recorded) for pair, law in self.laws.items()}
+        return fit(recorded, laws, self.priors, self.state, self.fitted.variance)
 
     def beside(self, laws: Mapping[Pair, Candidate], priors: Mapping[Pair, Prior], state: State | None = None,
                settled: float = _SETTLED, needed: float = -np.inf) -> "Fit":

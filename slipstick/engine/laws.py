@@ -43,6 +43,15 @@ class Candidate:
         """Return the candidate with few coefficients."""
         return replace(self, variables={name: variable.coarse() for name, variable in self.variables.items()})
 
+    def renew(self, recorded: Recorded) -> "Candidate":
+        """Return the candidate over signals as they are explained now."""
+        def read(variable: Variable, part: Part) -> Variable:
+            is_within = variable.values is not None and variable.values.ndim == 2
+            return replace(variable, values=recorded.fine(variable.name, part)) if is_within else variable
+
+        return replace(self, variables={part.name: read(self.variables[part.name], part) for part in recorded.parts
+                                        if part.name in self.variables})
+
     def take(self, rows: np.ndarray) -> "Candidate":
         """Return the candidate for the runs `rows`."""
         def chosen(variable: Variable) -> Variable:

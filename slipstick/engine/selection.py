@@ -5,7 +5,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
 
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, screen
 from slipstick.engine.fit import HOPED, Fit, Prior, fit, join
@@ -17,8 +16,6 @@ from slipstick.engine.settings import EngineSettings
 from slipstick.machine.declaration import identifier_of
 
 Log = Callable[[str], None]
-_SLOWLY = 30.0
-"""Standard deviation in samples of the kernel that smooths what a prediction without noise leaves of a signal."""
 _TEMPERED = 6
 """Most rounds in which what a part leaves is found to count as noise."""
 _SETTLED, _ROUGH = 0.1, 0.005
@@ -63,9 +60,8 @@ def identify(recorded: Recorded, settings: EngineSettings | None = None, log: Lo
     """Find the laws that recordings ask for, in all parts."""
     began, settings = time.perf_counter(), settings or EngineSettings()
     bare = settle(recorded, settings)
-    own = {name: model.own() for each in bare for name, model in each.models.items()}
     whole = join(bare).recorded
-    search = _Search(list_candidates(whole, own), settings, log, {_name(each): each for each in bare})
+    search = _Search(settings, log, {_name(each): each for each in bare})
     while search.step():
         pass
     fits = tuple(search.fits.values())
@@ -98,10 +94,9 @@ class _Trial:
 class _Search:
     """Forward selection over groups of parts, each with its fit; groups that a law joins are one from then on."""
 
-    def __init__(self, candidates: Sequence[Candidate], settings: EngineSettings, log: Log,
-                 fits: dict[Group, Fit]) -> None:
-        self.candidates, self.settings, self.log = candidates, settings, log
-        self.fits, self.findings, self.closed = fits, list[Finding](), set[Group]()
+    def __init__(self, settings: EngineSettings, log: Log, fits: dict[Group, Fit]) -> None:
+        self.settings, self.log, self.fits = settings, log, fits
+        self.findings, self.closed, self.candidates = list[Finding](), set[Group](), self._list()
         self._screened: dict[tuple[Fit, ...], list[Screened]] = {}
         self._bases: dict[tuple[Fit, ...], Fit] = {}
 
@@ -152,8 +147,14 @@ class _Search:
                 self.findings.remove(finding)
                 better = rest
         self.fits[_name(better)] = better
+        self.candidates = self._list()
         if sum(finding.pair in better.laws for finding in self.findings) >= self.settings.most:
             self.closed.add(_name(better))
+
+    def _list(self) -> list[Candidate]:
+        """Return all candidates over signals and own variables as the fits explain them."""
+        own = {name: model.own() for each in self.fits.values() for name, model in each.models.items()}
+        return list_candidates(join([*self.fits.values()]).recorded, own)
 
     def _rank(self) -> list[Screened]:
         """Return the gains of all candidates of open groups, the largest first."""
@@ -265,9 +266,9 @@ def _find_bad(fits: Sequence[Fit], settings: EngineSettings) -> np.ndarray:
 
 def _renew(fits: Sequence[Fit], settings: EngineSettings) -> list[Fit]:
     """Return the fits with the noise that they leave, and with signals as they explain them."""
-    explained = {signal: signals[:, place] for each in fits for part in each.recorded.parts
+    explained = {signal: read[:, place] for each in fits for part in each.recorded.parts
                  if part.block.states and not _is_unexplained(each.chi_square[part.name], settings)
-                 for signals in [_explain(each, part.name)] for place, signal in enumerate(part.signals)}
+                 for read in [each.models[part.name].read(1)] for place, signal in enumerate(part.signals)}
     quiet = [renew_noise(each) for each in fits]
     given = {identifier_of(signal): (part.sensors[place], part.loudness[:, place])
              for each in quiet for part in each.parts for place, signal in enumerate(part.signals)}
@@ -283,14 +284,6 @@ def _hear(part: Part, given: Mapping[str, tuple[Noise, np.ndarray]]) -> Part:
              for place, (name, noise) in enumerate(part.noise.items())}
     return replace(part, noise={name: noise for name, (noise, _) in heard.items()}, input_loudness=np.stack(
         [loudness for _, loudness in heard.values()], axis=1) if heard else part.input_loudness)
-
-
-def _explain(fit: Fit, name: str) -> np.ndarray:
-    """Return what sensors of a part read (n, o, K), without noise: as predicted, and what changes slowly beside."""
-    model = fit.models[name]
-    read, fine = model.read(1), model.part.fine
-    slow = scipy.ndimage.gaussian_filter1d(model.part.measured - read[:, :, ::fine], _SLOWLY, axis=2)
-    return np.stack([read[:, place] + refine(slow[:, place], fine) for place in range(read.shape[1])], axis=1)
 
 
 def _taken(before: Fit, rows: np.ndarray) -> tuple[Recorded, dict[Pair, Candidate], dict[Pair, Prior], State]:
