@@ -29,24 +29,23 @@ class Profile:
         values = self.at(time)
         if len(time) < 3:
             return values
-        step = (time[-1] - time[0]) / (len(time) - 1)
-        # What a hat about each inner instant weighs is the second difference of the double integral of the command.
-        hats = np.array([np.diff(_integrate_twice(*corners, time), 2)
-                         for corners in zip(self.time, self.value, strict=True)]) / step**2
+        hats = np.array([_weigh_hats(*corners, time) for corners in zip(self.time, self.value, strict=True)])
         hats[:, [0, -1]] -= values[:, [0, -1]] / 6  # the command itself at both ends
         bands = np.array([[1 / 6], [2 / 3], [1 / 6]]) * np.ones(len(time) - 2)
         values[:, 1:-1] = scipy.linalg.solve_banded((1, 1), bands, hats.T).T
         return values
 
 
-def _integrate_twice(corners: np.ndarray, values: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Return the double integral (k,) from the first of the instants (k,) of what is linear between corners."""
-    inner = (corners > time[0]) & (corners < time[-1])
-    grid = np.unique(np.concatenate([time, corners[inner]]))
-    value, step = np.interp(grid, corners, values), np.diff(grid)
-    once = np.append(0.0, np.cumsum(step * (value[1:] + value[:-1]) / 2))
-    twice = np.append(0.0, np.cumsum(step * once[:-1] + step**2 * (2 * value[:-1] + value[1:]) / 6))
-    return np.asarray(twice[np.searchsorted(grid, time)])
+def _weigh_hats(corners: np.ndarray, values: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Return the means (k - 2,) of what is linear between corners, under a hat about each inner one of even instants.
+    """
+    grid = np.unique(np.concatenate([time, corners[(corners > time[0]) & (corners < time[-1])]]))
+    value, width, step = np.interp(grid, corners, values), np.diff(grid), np.searchsorted(time, grid[:-1], "right") - 1
+    length = (time[-1] - time[0]) / (len(time) - 1)
+    begin, end = ((instants - time[step]) / length for instants in (grid[:-1], grid[1:]))  # of a piece in its step
+    whole = np.bincount(step, width * (value[:-1] + value[1:]) / 2)
+    rising = np.bincount(step, width * (value[:-1] * (2 * begin + end) + value[1:] * (begin + 2 * end)) / 6)
+    return np.asarray((rising[:-1] + (whole - rising)[1:]) / length)
 
 
 @dataclass(frozen=True, eq=False)

@@ -45,3 +45,9 @@ def test_what_is_driven_by_the_lines_lacks_nothing_of_the_integral() -> None:
     off = [np.abs(np.trapezoid(values, TIME, axis=1) - exact).max()
            for values in (PROFILE.approximate(TIME), PROFILE.at(TIME))]
     assert off[0] < 0.05 * off[1]
+
+
+def test_long_recordings_lose_no_digits() -> None:
+    time = np.linspace(0, 100, 400_001)
+    profile = Profile(np.array([[0.0, 30, 70, 100]]), np.array([[1.0, 2, -1, 0]]))
+    np.testing.assert_allclose(profile.approximate(time), profile.at(time), atol=1e-9)
