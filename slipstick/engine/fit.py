@@ -291,14 +291,18 @@ def _descend(recorded: Recorded, models: Mapping[str, PartModel], laws: Mapping[
     return None
 
 
+def join_recorded(groups: Sequence[Recorded]) -> Recorded:
+    """Return groups of parts that share nothing as one."""
+    return replace(groups[0], parts=tuple(part for each in groups for part in each.parts),
+                   random=tuple(term for each in groups for term in each.random),
+                   shared=tuple(term for each in groups for term in each.shared))
+
+
 def join(fits: Sequence[Fit]) -> Fit:
     """Return the fits of groups of parts that share nothing as one, at the same state."""
     if len(fits) == 1:
         return fits[0]
-    first = fits[0].recorded
-    recorded = replace(first, parts=tuple(part for each in fits for part in each.recorded.parts),
-                       random=tuple(term for each in fits for term in each.recorded.random),
-                       shared=tuple(term for each in fits for term in each.recorded.shared))
+    recorded = join_recorded([each.recorded for each in fits])
     laws, priors = dict[Pair, Candidate](), dict[Pair, Prior]()
     models, tracks = dict[str, PartModel](), dict[str, np.ndarray]()
     for each in fits:

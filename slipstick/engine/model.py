@@ -13,16 +13,7 @@ import numpy as np
 
 from slipstick.engine.bases import late
 from slipstick.engine.laws import Candidate
-from slipstick.engine.recordings import (
-    Pair,
-    Part,
-    Recorded,
-    Term,
-    clock_of,
-    guess_track,
-    pose_nominal,
-    refine,
-)
+from slipstick.engine.recordings import Pair, Part, Recorded, Term, clock_of, guess_track, pose_nominal, refine
 from slipstick.engine.trajectory import OwnLaw, Problem, Trajectory, solve
 from slipstick.engine.whitening import CarriedNoise, Whitening
 from slipstick.machine.declaration import SENSOR, Namespace, identifier_of
@@ -52,9 +43,8 @@ class State:
 class PartModel:
     """A part about a state: its smooth `trajectory`, its `predicted` signals (n, o, k), and whitened rows.
 
-    `noisy` (n, o, k) is the response to the noise of measured inputs.
-    `signals` (n, o, K) are what the sensors read without errors: those of the trajectory, or measured ones at samples
-    for which a part without states does not hold.
+    `noisy` (n, o, k) is the response to the noise of measured inputs. `signals` (n, o, K) are what the sensors read
+    without errors: those of the trajectory, or measured ones at samples for which a part without states does not hold.
 
     `rows` (n, r + 1, o k) are the responses to the `keys` of terms and laws between runs, then those of laws within
     runs, then the residual; the sensors are late by `clocks` (o,), in samples. `places` are the rows of each law within

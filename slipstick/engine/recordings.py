@@ -350,7 +350,7 @@ def _draw(part: Part, time: float, smooth: Mapping[str, np.ndarray], beyond: Map
         if name in part.signals:
             pulls.append((states.index(name), name, 1 / time))
             continue
-        for measured in set(states) & set(part.signals):
+        for measured in (signal for signal in part.signals if signal in states):
             slope = _differentiate_rate(part, states.index(measured), states.index(name))
             if slope:
                 pulls += [(states.index(measured), measured, 2 / time), (states.index(name), measured,

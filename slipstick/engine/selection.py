@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, screen
-from slipstick.engine.fit import HOPED, Fit, Prior, fit, join
+from slipstick.engine.fit import HOPED, Fit, Prior, fit, join, join_recorded
 from slipstick.engine.laws import CONSTANT, Candidate, list_candidates, list_curves
 from slipstick.engine.model import State, nominal_own_values
 from slipstick.engine.noise import Noise, draw_noise, estimate_loudness, estimate_residual_noise
@@ -60,12 +60,11 @@ def identify(recorded: Recorded, settings: EngineSettings | None = None, log: Lo
     """Find the laws that recordings ask for, in all parts."""
     began, settings = time.perf_counter(), settings or EngineSettings()
     bare = settle(recorded, settings)
-    whole = join(bare).recorded
     search = _Search(settings, log, {_name(each): each for each in bare})
     while search.step():
         pass
     fits = tuple(search.fits.values())
-    aside = np.setdiff1d(recorded.rows, whole.rows)
+    aside = np.setdiff1d(recorded.rows, bare[0].recorded.rows)
     unexplained = tuple(name for each in fits for name, chi in each.chi_square.items()
                         if _is_unexplained(chi, settings))
     return Identification(tuple(search.findings), fits, tuple(bare), tuple(aside.tolist()), unexplained,
@@ -154,7 +153,7 @@ class _Search:
     def _list(self) -> list[Candidate]:
         """Return all candidates over signals and own variables as the fits explain them."""
         own = {name: model.own() for each in self.fits.values() for name, model in each.models.items()}
-        return list_candidates(join([*self.fits.values()]).recorded, own)
+        return list_candidates(join_recorded([each.recorded for each in self.fits.values()]), own)
 
     def _rank(self) -> list[Screened]:
         """Return the gains of all candidates of open groups, the largest first."""
@@ -194,10 +193,8 @@ class _Search:
         """Return a trial whose fit has converged as far as decisions between near candidates need."""
         if trial.fit.promised < _SETTLED:
             return trial
-        rough, pair = trial.fit, trial.finding.pair
-        full = fit(rough.recorded, rough.laws, rough.priors, rough.state, rough.fitted.variance)
-        return self._judge(rough.laws[pair], full if full.evidence > rough.evidence else rough, trial.base,
-                           trial.groups)
+        full, law = trial.fit.beside({}, {}), trial.fit.laws[trial.finding.pair]
+        return self._judge(law, max(trial.fit, full, key=lambda each: each.evidence), trial.base, trial.groups)
 
     def _judge(self, candidate: Candidate, full: Fit, base: Fit, groups: tuple[Group, ...]) -> _Trial:
         pair = candidate.pair

@@ -18,22 +18,22 @@ def digest(*declared: Any) -> str:
     code it covers.
     """
     hashed = hashlib.sha256()
-    _add(declared, hashed.update, set())
+    _add(declared, hashed.update, {})
     return hashed.hexdigest()
 
 
-def _add(value: Any, update: Callable[[bytes], None], seen: set[int]) -> None:
-    """Add a value, with its type and length, so that no two values add the same bytes."""
+def _add(value: Any, update: Callable[[bytes], None], seen: dict[int, int]) -> None:
+    """Add a value, with its type and length, so that no two values add the same bytes; functions once, by number."""
     def add_all(kind: str, values: list[Any]) -> None:
         update(f"{kind} {len(values)};".encode())
         for each in values:
             _add(each, update, seen)
 
     if isinstance(value, FunctionType):
-        if id(value) in seen:  # it calls itself
-            update(f"again {value.__name__};".encode())
+        if id(value) in seen:  # another one has it as well, or it calls itself
+            update(f"again {seen[id(value)]};".encode())
             return
-        seen.add(id(value))
+        seen[id(value)] = len(seen)
         code, own = value.__code__, value.__globals__
         enclosed = dict(zip(code.co_freevars, (cell.cell_contents for cell in value.__closure__ or ()), strict=True))
         used = {name: own[name] for name in sorted(_list_names(code)) if name in own}
