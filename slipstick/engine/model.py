@@ -7,12 +7,13 @@ such as those of laws over what is constant in a run, are one whitened row and t
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from slipstick.engine.bases import late
-from slipstick.engine.laws import Candidate
+from slipstick.engine.bases import late, late_noise
+from slipstick.engine.laws import GAIN, Candidate
 from slipstick.engine.recordings import Pair, Part, Recorded, Term, clock_of, guess_track, pose_nominal, refine
 from slipstick.engine.trajectory import OwnLaw, Problem, Trajectory, solve
 from slipstick.engine.whitening import CarriedNoise, Whitening
@@ -83,6 +84,33 @@ class PartModel:
         """Return what the sensors read without noise (n, o, K) at each `every`-th instant."""
         return self.late(self.signals + sensor_errors(self, self.signals), every)
 
+    @cached_property
+    def passed(self) -> dict[str, np.ndarray]:
+        """Share (n, K) of the noise of inputs that is left after errors of their sensors over their own signals."""
+        passed = {name: np.ones((len(self.part.measured), self.trajectory.outputs.shape[2]))
+                  for name in self.part.read.values()}
+        for pair, law in self.laws.items():
+            kind, name = key_of_law(law, self.part)
+            if kind == "input" and pair[1] == GAIN:
+                variable, by = law.variables[self.part.name], self.part.noise[name].std
+                c, values = law.size * self.state.laws[pair], self.part.inputs[name]
+                above, below = (replace(variable, values=values + each).weigh(c, values.shape[1]) for each in (by, -by))
+                passed[name] -= (above - below) / (2 * by)
+        return passed
+
+    def carry(self, noise: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the response (n, o, k) to the noise (n, k) of measured inputs.
+
+        It is linear: equations that are driven by noise would be off by their curvature.
+        """
+        part, trajectory = self.part, self.trajectory
+        carried = np.zeros(trajectory.outputs.shape)
+        for name, values in noise.items():
+            size = part.noise[name].std if name in part.noise else float(np.abs(part.inputs[name]).max()) or 1.0
+            carried += trajectory.respond(trajectory.direction("input", name, size),
+                                          (self.passed[name] * refine(values, part.fine))[:, None])[:, 0]
+        return carried[:, :, ::part.fine]
+
     def own(self) -> dict[str, np.ndarray]:
         """Return the values (n, K) of the part's own variables: the signals that it gives, and those of the system."""
         outputs = self.trajectory.outputs
@@ -129,8 +157,7 @@ def _read_own(problem: Problem, x: np.ndarray) -> dict[str, np.ndarray]:
 def build_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate]) -> PartModel:
     """Return the linear model of a part with the `laws` of a state."""
     model = _predict(recorded, part, state, laws)
-    model = replace(model, whitening=Whitening.of(part.counted, part.sensors, part.loudness,
-                                                  _carry(part, model.trajectory)))
+    model = replace(model, whitening=Whitening.of(part.counted, part.sensors, part.loudness, _carry(model)))
     terms = [term for term in (*recorded.random, *recorded.shared) if touches(term, part)]
     keys = tuple(dict.fromkeys([key_of_term(term) for term in terms]
                                + [key_of_law(law, part) for law in model.laws.values() if is_between(law)]))
@@ -148,10 +175,10 @@ def build_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair,
 def move_part(recorded: Recorded, model: PartModel, state: State) -> PartModel:
     """Return the model of a part at another state with the columns that it has: with another residual alone.
 
-    The response to the noise of inputs is kept as well. What it changes is correlated with the residual, so that
-    parameters of the least squares would be biased by errors in variables.
+    The noise of inputs keeps its way to the outputs as well, and is as late as they are. What parameters change of it is
+    correlated with the residual, so that those of the least squares would be biased by errors in variables.
     """
-    there = _predict(recorded, model.part, state, model.laws, model.noisy)
+    there = _predict(recorded, model.part, state, model.laws, _respond_to_noise(recorded, model, state))
     rows = model.rows.copy()
     rows[:, -1:] = model.white(there.residual[:, None])
     return replace(there, whitening=model.whitening, keys=model.keys, places=model.places, rows=rows)
@@ -166,24 +193,27 @@ def _predict(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, C
     if not part.system.states:
         signals = np.where(part.counted, signals, np.stack([recorded.signals[name] for name in part.signals], axis=1))
     clocks = tuple(_clock(recorded, clock_of(part, signal), state) for signal in part.signals)
-    model = PartModel(part, state, laws, trajectory, _respond_to_noise(part, trajectory) if noisy is None else noisy,
-                      signals, np.empty(0), clocks, None, (), {}, np.empty(0))
+    model = PartModel(part, state, laws, trajectory, np.empty(0), signals, np.empty(0), clocks, None, (), {},
+                      np.empty(0))
+    if noisy is None:
+        noisy = _respond_to_noise(recorded, model, state)
     # The errors and the lateness of sensors are those of the smooth signals: a late noise would be an average.
     read = model.read(part.fine) - signals[:, :, ::part.fine]
-    return replace(model, predicted=read + trajectory.outputs[:, :, ::part.fine] + model.noisy)
+    return replace(model, noisy=noisy, predicted=read + trajectory.outputs[:, :, ::part.fine] + noisy)
 
 
-def _respond_to_noise(part: Part, trajectory: Trajectory) -> np.ndarray:
-    """Return the response (n, o, k) to the noise of measured inputs.
+def _respond_to_noise(recorded: Recorded, model: PartModel, state: State) -> np.ndarray:
+    """Return the response (n, o, k) to the noise of measured inputs, as late as that to the signals.
 
-    It is linear: equations that are driven by noise would be off by their curvature.
+    A signal without most of its noise has some: were this late, and the rest of the noise not, one would cancel some of
+    the other, and clocks would gain. What a state is drawn to has the noise of the output itself, which is not late.
     """
-    noisy = np.zeros(trajectory.outputs.shape)
-    for name in part.read.values():
-        size = part.noise[name].std if name in part.noise else float(np.abs(part.inputs[name]).max()) or 1.0
-        noisy += trajectory.respond(trajectory.direction("input", name, size),
-                                    refine(part.beyond[name], part.fine)[:, None])[:, 0]
-    return noisy[:, :, ::part.fine]
+    part = model.part
+    carried = model.carry({name: late_noise(part.beyond[name], -_clock(recorded, clock_of(part, name), state))
+                           for name in part.noise})
+    late_by = np.stack([late_noise(carried[:, place], _clock(recorded, clock_of(part, signal), state))
+                        for place, signal in enumerate(part.signals)], axis=1)
+    return late_by + model.carry({name: part.beyond[name] for name in part.drawn.values()})
 
 
 def touches(term: Term, part: Part) -> bool:
@@ -261,8 +291,9 @@ def sensor_errors(model: PartModel, signals: np.ndarray) -> np.ndarray:
     return errors
 
 
-def _carry(part: Part, trajectory: Trajectory) -> CarriedNoise | None:
+def _carry(model: PartModel) -> CarriedNoise | None:
     """Return how the noise of measured inputs, which is linear between samples, reaches the output."""
+    part, trajectory = model.part, model.trajectory
     if not part.noise:
         return None
     n, k, fine, d = len(part.measured), part.measured.shape[2], part.fine, trajectory.x.shape[1]
@@ -270,10 +301,11 @@ def _carry(part: Part, trajectory: Trajectory) -> CarriedNoise | None:
     F, G = (np.zeros((n, k - 1, d, len(part.noise))) for _ in range(2))
     E = np.empty((n, len(part.signals), k, len(part.noise)))
     for place, (name, noise) in enumerate(part.noise.items()):
-        direction = trajectory.direction("input", name, noise.std)
-        E[..., place] = direction.D[:, :, ::fine]
+        direction, passed = trajectory.direction("input", name, noise.std), model.passed[name]
+        E[..., place] = direction.D[:, :, ::fine] * passed[:, None, ::fine]
         for sub in range(fine):
-            before, after = direction.B[:, sub::fine, 0], direction.B[:, sub::fine, 1]
+            before = direction.B[:, sub::fine, 0] * passed[:, sub:-1:fine, None]
+            after = direction.B[:, sub::fine, 1] * passed[:, sub + 1::fine, None]
             shares = sub / fine, (sub + 1) / fine  # of the end of the sample in its noise
             for through, first, last in ((F, 1 - shares[0], 1 - shares[1]), (G, *shares)):
                 through[..., place] = (np.einsum("nkab,nkb->nka", trajectory.A[:, sub::fine], through[..., place])

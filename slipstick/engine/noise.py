@@ -52,8 +52,7 @@ def estimate_sensor_noise(name: str, values: np.ndarray) -> Noise:
 
     A smooth signal does not reach either, and jumps are rare. Raises `InvalidValue` if there is no noise.
     """
-    third, lagged = (robust_std(np.apply_along_axis(np.convolve, 1, values, taps, "valid"))
-                     for taps in (_THIRD, _LAGGED))
+    third, lagged = (robust_std(_convolve(values, taps)) for taps in (_THIRD, _LAGGED))
     if not third > 0:
         raise InvalidValue(f"The signal {name} shows no noise, so its residuals cannot be weighted",
                            "Record it with a finer resolution, or add the noise of its sensor")
@@ -66,6 +65,19 @@ def estimate_sensor_noise(name: str, values: np.ndarray) -> Noise:
         HIGHEST if high <= 0 else -HIGHEST)
     rho = float(np.clip(rho, -_BEGIN, _BEGIN))
     return Noise(float(third / np.sqrt(filter_variance(_THIRD, rho))), rho)
+
+
+def bound_noise(noise: Noise, values: np.ndarray) -> Noise:
+    """Return a noise whose third differences are no larger than those of the signal (n, k) that it is a part of.
+
+    What a fit leaves beyond that is missing in the model.
+    """
+    largest = robust_std(_convolve(values, _THIRD)) / np.sqrt(filter_variance(_THIRD, noise.correlation))
+    return Noise(min(noise.std, float(largest)), noise.correlation)
+
+
+def _convolve(values: np.ndarray, taps: np.ndarray) -> np.ndarray:
+    return np.asarray(np.apply_along_axis(np.convolve, 1, values, taps, "valid"))
 
 
 def estimate_residual_noise(left: np.ndarray, counted: np.ndarray, carried: np.ndarray | None, noise: Noise) -> Noise:

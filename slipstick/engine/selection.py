@@ -10,14 +10,16 @@ from slipstick.engine.evidence import Screened, agree, expect, hold_out, screen
 from slipstick.engine.fit import HOPED, Fit, Prior, fit, join, join_recorded
 from slipstick.engine.laws import CONSTANT, Candidate, list_candidates, list_curves
 from slipstick.engine.model import State, nominal_own_values
-from slipstick.engine.noise import Noise, draw_noise, estimate_loudness, estimate_residual_noise
-from slipstick.engine.recordings import Pair, Part, Recorded, explain, refine
+from slipstick.engine.noise import Noise, bound_noise, draw_noise, estimate_loudness, estimate_residual_noise
+from slipstick.engine.recordings import Pair, Part, Recorded, explain
 from slipstick.engine.settings import EngineSettings
 from slipstick.machine.declaration import identifier_of
 
 Log = Callable[[str], None]
 _TEMPERED = 6
 """Most rounds in which what a part leaves is found to count as noise."""
+_RENEWED = 2
+"""Times that noise and explained signals follow from a fit: what a drawn state has of its own noise fades each time."""
 _SETTLED, _ROUGH = 0.1, 0.005
 """Nats that a step of a trial may still promise: at least, and over those that its candidate gains by a linear
 model."""
@@ -123,18 +125,25 @@ class _Search:
         if not passing:
             self.closed |= set(groups)
             return True
-        best = passing[0]
+        best = self._choose(passing)
         rivals = tuple(trial.finding.pair for trial in trials if trial is not best and self._is_tied(best, trial))
         self.findings.append(replace(best.finding, rivals=rivals))
         self.fits = {group: fit for group, fit in self.fits.items() if group not in best.groups}
         self._accept(best.fit)
         return True
 
+    def _choose(self, trials: Sequence[_Trial]) -> _Trial:
+        """Return the best trial, or that of the constant in its law, if the rest of the law would be no further one."""
+        best = trials[0]
+        constant = next((each for each in trials if each.finding.pair == (best.finding.pair[0], CONSTANT)), best)
+        rest = best.finding.nats - constant.finding.nats
+        return constant if rest < max(self.settings.nats, self.settings.further * constant.finding.nats) else best
+
     def _accept(self, better: Fit) -> None:
         """Take a fit with a further law, without earlier laws whose loss it makes good."""
         better = temper(better, self.settings)
-        # With the law, the part explains its signals, and shows their noise.
-        better = temper(_renew([better], self.settings)[0], self.settings)
+        for _ in range(_RENEWED):  # with the law, the part explains its signals, and shows their noise
+            better = temper(_renew([better], [better], self.settings)[0], self.settings)
         for finding in self.findings[:-1]:
             if finding.pair not in better.laws:
                 continue
@@ -145,6 +154,13 @@ class _Search:
             if better.evidence - rest.evidence < self.settings.nats or errors < self.settings.errors:
                 self.findings.remove(finding)
                 better = rest
+        # Other groups read its signals, or have candidates over them.
+        others = list(self.fits.values())
+        for before, after in zip(others, _renew(others, [better], self.settings), strict=True):
+            if after.models is not before.models:
+                self.closed.discard(_name(after))
+                after = temper(after, self.settings)
+            self.fits[_name(after)] = after
         self.fits[_name(better)] = better
         self.candidates = self._list()
         if sum(finding.pair in better.laws for finding in self.findings) >= self.settings.most:
@@ -222,9 +238,9 @@ def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:
     """
     fits = [temper(fit_bare(group), settings) for group in recorded.groups()]
     most = int(settings.most_outlying * len(recorded))
-    for is_renewed in (False, True, True):
-        if is_renewed:  # bad runs have a share in the noise that the signals show
-            fits = [temper(each, settings) for each in _renew(fits, settings)]
+    for number in range(1 + _RENEWED):
+        if number:  # bad runs have a share in the noise that the signals show
+            fits = [temper(each, settings) for each in _renew(fits, fits, settings)]
         while len(bad := _find_bad(fits, settings)) and len(recorded) - len(fits[0].recorded) + len(bad) <= most:
             kept = np.delete(np.arange(len(fits[0].recorded)), bad)
             fits = [fit(*_taken(each, kept)) for each in fits]
@@ -261,18 +277,26 @@ def _find_bad(fits: Sequence[Fit], settings: EngineSettings) -> np.ndarray:
     return np.flatnonzero(doubt > max(settings.outlying, 0.5 * float(doubt.max())))
 
 
-def _renew(fits: Sequence[Fit], settings: EngineSettings) -> list[Fit]:
-    """Return the fits with the noise that they leave, and with signals as they explain them."""
-    explained = {signal: read[:, place] for each in fits for part in each.recorded.parts
+def _renew(fits: Sequence[Fit], shown: Sequence[Fit], settings: EngineSettings) -> list[Fit]:
+    """Return fits with the noise that those `shown` leave, and with signals as these explain them.
+
+    A fit that is not shown itself, and reads nothing of these signals, keeps its state.
+    """
+    explained = {signal: read[:, place] for each in shown for part in each.recorded.parts
                  if part.block.states and not _is_unexplained(each.chi_square[part.name], settings)
                  for read in [each.models[part.name].read(1)] for place, signal in enumerate(part.signals)}
-    quiet = [renew_noise(each) for each in fits]
+    quiet = {each: renew_noise(each) for each in shown}
     given = {identifier_of(signal): (part.sensors[place], part.loudness[:, place])
-             for each in quiet for part in each.parts for place, signal in enumerate(part.signals)}
-    # Of a part without states, what it leaves tells only the noise of its signal and of its inputs together.
-    heard = [replace(recorded, parts=tuple(_hear(part, given) if part.block.states else part
-                                           for part in recorded.parts)) for recorded in quiet]
-    return [each.again(explain(recorded, explained)) for each, recorded in zip(fits, heard, strict=True)]
+             for each in quiet.values() for part in each.parts for place, signal in enumerate(part.signals)}
+    renewed = list[Fit]()
+    for each in fits:
+        recorded = quiet.get(each, each.recorded)
+        reads = {identifier_of(signal) for part in recorded.parts for signal in part.read} & set(given)
+        # Of a part without states, what it leaves tells only the noise of its signal and of its inputs together.
+        parts = tuple(_hear(part, given) if part.block.states else part for part in recorded.parts)
+        recorded = explain(replace(recorded, parts=parts), explained)
+        renewed.append(each.again(recorded) if each in quiet or reads else replace(each, recorded=recorded))
+    return renewed
 
 
 def _hear(part: Part, given: Mapping[str, tuple[Noise, np.ndarray]]) -> Part:
@@ -305,18 +329,16 @@ def renew_noise(bare: Fit) -> Recorded:
     for part in bare.recorded.parts:
         model = bare.models[part.name]
         n, o, k = part.measured.shape
-        carried = np.zeros((n, o, k))
-        for name, noise in part.noise.items():
-            direction = model.trajectory.direction("input", name, noise.std)
-            drawn = refine(draw_noise(noise, (n, k), random), part.fine)
-            carried += model.trajectory.respond(direction, drawn[:, None])[:, 0, :, ::part.fine]
+        carried = model.carry({name: draw_noise(noise, (n, k), random) for name, noise in part.noise.items()})
         loudness = np.stack([estimate_loudness(model.residual[:, place], part.counted[:, place]) for place in range(o)],
                             axis=1)
         scaled = 1 / loudness[:, :, None]
-        parts.append(replace(part, loudness=loudness, sensors=tuple(
-            estimate_residual_noise((scaled * model.residual)[:, place], part.counted[:, place],
-                                    (scaled * carried)[:, place] if part.noise else None, sensor)
-            for place, sensor in enumerate(part.sensors))))
+        sensors = [estimate_residual_noise((scaled * model.residual)[:, place], part.counted[:, place],
+                                           (scaled * carried)[:, place] if part.noise else None, sensor)
+                   for place, sensor in enumerate(part.sensors)]
+        sensors = [bound_noise(sensor, part.measured[:, place] / loudness[:, place, None])
+                   for place, sensor in enumerate(sensors)]
+        parts.append(replace(part, loudness=loudness, sensors=tuple(sensors)))
     return replace(bare.recorded, parts=tuple(parts))
 
 

@@ -7,6 +7,7 @@ from scipy.signal import lfilter
 from slipstick.engine.noise import (
     HIGHEST,
     Noise,
+    bound_noise,
     draw_noise,
     estimate_loudness,
     estimate_residual_noise,
@@ -124,3 +125,14 @@ def test_louder_runs_are_louder_and_equal_ones_are_equal() -> None:
     equal = estimate_loudness(draw(0.2, 0.0), EVERY)
     np.testing.assert_allclose(equal, 1, atol=0.05)
     assert estimate_loudness(np.zeros(EVERY.shape), EVERY).tolist() == [1.0] * RUNS
+
+
+@pytest.mark.parametrize("lacking", [0.0, 3.0])
+def test_noise_is_no_larger_than_what_the_signal_shows(lacking: float) -> None:
+    """What a fit leaves of a fast movement that its model lacks is no noise."""
+    own = draw(0.2, 0.6)
+    left = own + lacking * 0.2 * np.random.default_rng(4).standard_normal(EVERY.shape)
+    noise = bound_noise(estimate_residual_noise(left, EVERY, None, ASSUMED), own + draw_smooth(0.2))
+    third = np.diff(draw_noise(noise, (RUNS, SAMPLES), np.random.default_rng(5)), 3, axis=1).std()
+    assert third < 1.02 * np.diff(own, 3, axis=1).std()
+    assert lacking or noise.std == pytest.approx(0.2, rel=0.03)
