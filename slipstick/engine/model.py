@@ -175,8 +175,8 @@ def build_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair,
 def move_part(recorded: Recorded, model: PartModel, state: State) -> PartModel:
     """Return the model of a part at another state with the columns that it has: with another residual alone.
 
-    The noise of inputs keeps its way to the outputs as well, and is as late as they are. What parameters change of it is
-    correlated with the residual, so that those of the least squares would be biased by errors in variables.
+    The noise of inputs keeps its way to the outputs as well, and is as late as they are. What parameters change of it
+    is correlated with the residual, so that those of the least squares would be biased by errors in variables.
     """
     there = _predict(recorded, model.part, state, model.laws, _respond_to_noise(recorded, model, state))
     rows = model.rows.copy()
@@ -213,7 +213,7 @@ def _respond_to_noise(recorded: Recorded, model: PartModel, state: State) -> np.
                            for name in part.noise})
     late_by = np.stack([late_noise(carried[:, place], _clock(recorded, clock_of(part, signal), state))
                         for place, signal in enumerate(part.signals)], axis=1)
-    return late_by + model.carry({name: part.beyond[name] for name in part.drawn.values()})
+    return np.asarray(late_by + model.carry({name: part.beyond[name] for name in part.drawn.values()}))
 
 
 def touches(term: Term, part: Part) -> bool:
