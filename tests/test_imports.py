@@ -82,7 +82,7 @@ MAY_IMPORT = {
                            "slipstick.time_budget slipstick.uncertainty",
     # The engine knows no machine, and a machine no engine.
     "slipstick.machine": "numpy scipy h5py slipstick.errors",
-    "slipstick.engine": "numpy scipy numba slipstick.errors slipstick.machine",
+    "slipstick.engine": "numpy scipy numba slipstick.errors slipstick.machine slipstick.numerics",
     "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.numerics slipstick.bench slipstick.blocks "
                         "slipstick.engine.linear_model "
                         "slipstick.clutch slipstick.recordings",

@@ -14,6 +14,7 @@ from slipstick.engine.noise import Noise, bound_noise, draw_noise, estimate_loud
 from slipstick.engine.recordings import Pair, Part, Recorded, explain
 from slipstick.engine.settings import EngineSettings
 from slipstick.machine.declaration import identifier_of
+from slipstick.numerics.threads import in_one_blas_thread
 
 Log = Callable[[str], None]
 _TEMPERED = 6
@@ -58,6 +59,7 @@ class Identification:
     seconds: float
 
 
+@in_one_blas_thread
 def identify(recorded: Recorded, settings: EngineSettings | None = None, log: Log = lambda _: None) -> Identification:
     """Find the laws that recordings ask for, in all parts."""
     began, settings = time.perf_counter(), settings or EngineSettings()

@@ -27,6 +27,7 @@ from slipstick.machine.digest import digest
 from slipstick.machine.kinds import KINDS
 from slipstick.machine.runs import Profile, Runs
 from slipstick.machine.whole import compose
+from slipstick.numerics.threads import in_one_blas_thread
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,6 +112,7 @@ class MachineStudy:
         return simulate(self.machine, time, commands, {**estimated, **values}, self.laws)
 
 
+@in_one_blas_thread
 def study(machine: Machine, runs: Runs, values: Mapping[str, float] | None = None,
           settings: EngineSettings | None = None, log: Log = lambda _: None) -> MachineStudy:
     """Find what `runs` ask for beside a machine with nominal `values`, and confirm it in the whole machine."""
