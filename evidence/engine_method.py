@@ -11,7 +11,8 @@ from evidence.generator.truth import Truth
 from slipstick.bench import Bench
 from slipstick.clutch.declared import declare, runs_of, values_of
 from slipstick.engine.measured_law import Law, measure
-from slipstick.engine.recordings import Recorded, prepare
+from slipstick.engine.preparation import prepare
+from slipstick.engine.recordings import Recorded
 from slipstick.engine.selection import identify
 from slipstick.machine import Runs
 from slipstick.naming.scene import Scene

@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 from numba import njit
 
-from slipstick.engine.trajectory import EDGE, beside_jump
+from slipstick.engine.equations import EDGE, beside_jump
 
 Kind = Literal["curve", "between", "own", "past", "lags"]
 

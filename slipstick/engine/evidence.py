@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.engine.fit import Fit, Prior, choose_prior, count_replaced, law_products
+from slipstick.engine.fit import Fit
 from slipstick.engine.laws import Candidate
 from slipstick.engine.linear_model import Fitted, estimate, restricted_likelihood, solve
+from slipstick.engine.priors import Prior, choose_prior, count_replaced
 
 _WORTH = 2.0
 """Nats at fixed variances below which a candidate is not compared further."""
@@ -30,7 +31,7 @@ def screen(fit: Fit, candidates: Sequence[Candidate]) -> list[Screened]:
 
 def _screen(fit: Fit, candidate: Candidate) -> Screened:
     coarse = candidate.coarse()
-    products = fit.products.join(*law_products(fit, coarse))
+    products = fit.products.join(*_multiply(fit, coarse))
     if not np.isfinite(products.values).all():  # no linear response
         return Screened(candidate, 0.0, Prior())
     roots = [*fit.roots, np.eye(coarse.count)]
@@ -47,6 +48,27 @@ def _screen(fit: Fit, candidate: Candidate) -> Screened:
         variance = estimate(gram, np.maximum(variance, 1e-8)).variance
         gain = restricted_likelihood(gram, variance) - fit.evidence
     return Screened(candidate, gain, prior)
+
+
+def _multiply(fit: Fit, candidate: Candidate) -> tuple[np.ndarray, np.ndarray]:
+    """Return the products of a candidate's columns with all columns of a fit (n, m, c), and with each other (n, m,
+    m)."""
+    recorded, count = fit.recorded, fit.products.values.shape[1]
+    cross = np.zeros((len(recorded), candidate.count, count))
+    own = np.zeros((len(recorded), candidate.count, candidate.count))
+    for name, variable in candidate.variables.items():
+        model = fit.models[name]
+        white = model.white(model.law_columns(candidate))
+        against = white @ model.rows.transpose(0, 2, 1) @ fit.onto[name]
+        square = white @ white.transpose(0, 2, 1)
+        if variable.kind == "between":
+            factors = candidate.size * variable.basis(None, 1)[:, :, 0]
+            cross += factors[:, :, None] * against
+            own += factors[:, :, None] * factors[:, None, :] * square
+        else:
+            cross += against
+            own += square
+    return cross, own
 
 
 def hold_out(fitted: Fitted) -> np.ndarray:

@@ -11,9 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipstick.engine.bases import DELAYS, TIMES, WIDTHS, flat_forms
-from slipstick.engine.fit import Fit, Prior
+from slipstick.engine.fit import Fit
 from slipstick.engine.laws import Candidate
 from slipstick.engine.linear_model import estimate, restricted_likelihood
+from slipstick.engine.priors import Prior
 from slipstick.engine.recordings import Pair
 from slipstick.machine.kinds import KINDS, Kind
 

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 
 from slipstick.engine.bases import late, late_noise
+from slipstick.engine.equations import OwnLaw, Problem
 from slipstick.engine.laws import GAIN, Candidate
 from slipstick.engine.recordings import Pair, Part, Recorded, Term, clock_of, guess_track, pose_nominal, refine
-from slipstick.engine.trajectory import OwnLaw, Problem, Trajectory, solve
+from slipstick.engine.trajectory import Trajectory, solve
 from slipstick.engine.whitening import CarriedNoise, Whitening
 from slipstick.machine.declaration import SENSOR, Namespace, identifier_of
 

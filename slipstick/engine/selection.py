@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, screen
-from slipstick.engine.fit import HOPED, Fit, Prior, fit, join, join_recorded
+from slipstick.engine.fit import HOPED, Fit, fit, join, join_recorded
 from slipstick.engine.laws import CONSTANT, Candidate, list_candidates, list_curves
 from slipstick.engine.model import State, nominal_own_values
 from slipstick.engine.noise import Noise, bound_noise, draw_noise, estimate_loudness, estimate_residual_noise
+from slipstick.engine.priors import Prior
 from slipstick.engine.recordings import Pair, Part, Recorded, explain
 from slipstick.engine.settings import EngineSettings
 from slipstick.machine.declaration import identifier_of

@@ -4,8 +4,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from slipstick.engine.equations import OwnLaw, Problem
 from slipstick.engine.measured_law import Law
-from slipstick.engine.trajectory import OwnLaw, Problem, integrate, solve
+from slipstick.engine.trajectory import integrate, solve
 from slipstick.errors import InvalidValue
 from slipstick.machine.declaration import SENSOR, Machine, identifier_of
 from slipstick.machine.runs import Profile

@@ -18,7 +18,8 @@ from slipstick.engine.laws import Candidate, list_candidates
 from slipstick.engine.linear_model import solve
 from slipstick.engine.measured_law import Law, measure
 from slipstick.engine.model import State
-from slipstick.engine.recordings import Pair, Recorded, prepare
+from slipstick.engine.preparation import prepare
+from slipstick.engine.recordings import Pair, Recorded
 from slipstick.engine.selection import Finding, Identification, Log, fit_bare, identify
 from slipstick.engine.settings import EngineSettings
 from slipstick.engine.simulation import simulate

@@ -12,16 +12,16 @@ All parameters, laws and errors are changes of quantities, inputs or parameters,
 is one linear response along the trajectory, from numerical derivatives of the step.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numba import njit
 
-from slipstick.machine.declaration import Namespace, as_tuple
-from slipstick.machine.system import States, System, Values
+from slipstick.engine.equations import Equations, Problem, cut, ends
+from slipstick.machine.declaration import Namespace
+from slipstick.machine.system import States, Values
 
 DIFFERENCE = 1e-6
 """Step of numerical derivatives, over the size of what is changed."""
@@ -29,194 +29,6 @@ _NEWTON, _CONVERGED = 10, 1e-6
 """Most Newton steps, and the largest defect over the size of the states before the last one."""
 _TOGETHER = 20_000
 """Samples that are evaluated at once: the arrays of a Runge-Kutta step then stay in the cache."""
-EDGE = 1e-9
-"""Distance from 0 of the two knots between which a law over a switching state jumps, over the range of the law."""
-
-
-@dataclass(frozen=True, eq=False)
-class OwnLaw:
-    """A change of a quantity or of an input over the own `variable` of a system: linear between `values` at `knots`
-    (m,).
-
-    Over a switching state, `place` is that of the state, and the law may jump at 0.
-    """
-
-    kind: Literal["quantity", "input"]
-    name: str
-    variable: str
-    knots: np.ndarray
-    values: np.ndarray
-    place: int | None = None
-
-    def at(self, x: np.ndarray, side: np.ndarray | None) -> np.ndarray:
-        """Return the law at x, on the `side` (-1, 0, 1) of a jump."""
-        beside = x if side is None else beside_jump(x, side, self.knots)
-        return np.asarray(np.interp(beside, self.knots, self.values))
-
-
-def beside_jump(x: np.ndarray, side: np.ndarray, knots: np.ndarray) -> np.ndarray:
-    """Return x moved to its side of 0, by which a law with a jump is read."""
-    edge = EDGE * (knots[-1] - knots[0])
-    return np.asarray(np.where(side > 0, np.maximum(x, edge), np.where(side < 0, np.minimum(x, -edge), 0.0)))
-
-
-@dataclass(frozen=True, eq=False)
-class Problem:
-    """A `system` on K instants with steps `h` in s, scalar or (K - 1,), for n runs.
-
-    `inputs` and `quantities` are (n, K), or scalars; `parameters` (n, 1). Quantities also change by `laws` over own
-    variables.
-    """
-
-    system: System
-    h: Any
-    inputs: Values
-    quantities: Values
-    parameters: Values
-    laws: tuple[OwnLaw, ...] = ()
-
-    @property
-    def equations(self) -> tuple["_Equations", Namespace]:
-        """The equations, and the parameters by identifier."""
-        return _Equations(self.system, self.laws), Namespace(**self.parameters)
-
-    @cached_property
-    def shape(self) -> tuple[int, int]:
-        """Numbers of runs and of instants."""
-        return np.broadcast_shapes(*(np.shape(value) for value in (*self.inputs.values(), *self.parameters.values(),
-                                                                   *self.quantities.values())))
-
-    def take(self, rows: slice | np.ndarray) -> "Problem":
-        """Return the problem of the runs `rows`."""
-        def chosen(values: Values) -> dict[str, Any]:
-            return {name: value[rows] if np.ndim(value) == 2 and len(value) > 1 else value
-                    for name, value in values.items()}
-
-        return replace(self, inputs=chosen(self.inputs), quantities=chosen(self.quantities),
-                       parameters=chosen(self.parameters))
-
-
-def cut(values: Values, instants: slice) -> dict[str, Any]:
-    """Return values at some instants; what is constant in a run stays."""
-    return {name: value[:, instants] if np.ndim(value) == 2 and value.shape[1] > 1 else value
-            for name, value in values.items()}
-
-
-def _ends(values: Values) -> tuple[Values, Values]:
-    """Return values at the begins and at the ends of all steps."""
-    return cut(values, slice(None, -1)), cut(values, slice(1, None))
-
-
-def _middle(first: Values, second: Values) -> dict[str, Any]:
-    return {name: 0.5 * (value + second[name]) for name, value in first.items()}
-
-
-class _Equations:
-    """The equations of a system with laws inside, as functions of dictionaries."""
-
-    def __init__(self, system: System, laws: Sequence[OwnLaw]) -> None:
-        self.system, self.laws = system, laws
-
-    def _changed(self, x: Namespace, u: Values, q: Values, p: Namespace) -> tuple[Namespace, Namespace]:
-        """Return the inputs and the quantities with the laws."""
-        inputs, quantities = Namespace(**u), Namespace(**q)
-        if not self.laws:
-            return inputs, quantities
-        changed = {"input": dict(u), "quantity": dict(q)}
-        for law in self.laws:
-            side = None if law.place is None else getattr(x, self.system.states[law.place] + "_side")
-            by = law.at(self.system.own[law.variable](x, inputs, p), side)
-            changed[law.kind][law.name] = changed[law.kind][law.name] + by
-        return Namespace(**changed["input"]), Namespace(**changed["quantity"])
-
-    def rates(self, x: States, u: Values, q: Values, p: Namespace, sides: Mapping[int, np.ndarray]) -> States:
-        named = self.system.name(x, sides)
-        rates = as_tuple(self.system.rate(named, *self._changed(named, u, q, p), p))
-        if not sides:
-            return rates
-        return tuple(np.where(sides[place] == 0, 0.0, rate) if place in sides else rate
-                     for place, rate in enumerate(rates))
-
-    def sides(self, x: States, u: Values, q: Values, p: Namespace) -> dict[int, np.ndarray]:
-        """Return the side of each switching state: at 0 that to which its rate leads, or 0 where it rests."""
-        sides = {place: np.sign(x[place]) for place in self.system.switches}
-        for place in self.system.switches:
-            if not (sides[place] == 0).any():
-                continue
-            up, down = (self.rates(x, u, q, p, {**sides, place: np.full(x[place].shape, side)})[place]
-                        for side in (1.0, -1.0))
-            leads = np.where(up > 0, 1.0, np.where(down < 0, -1.0, 0.0))
-            sides[place] = np.where(sides[place] == 0, leads, sides[place])
-        return sides
-
-    def advance(self, x: States, u: tuple[Values, Values], q: tuple[Values, Values], p: Namespace, h: Any) -> States:
-        """Return the states a step later. A state that meets its surface goes on from there, or rests."""
-        if not self.system.switches:
-            return self._step(x, u, q, p, h, {})
-        sides = self.sides(x, u[0], q[0], p)
-        following = self._step(x, u, q, p, h, sides)
-        for place in self.system.switches:
-            meets = following[place] * sides[place] < 0
-            if meets.any():
-                following = self._meet(place, meets, x, following, u, q, p, h, sides)
-        return following
-
-    def _step(self, x: States, u: tuple[Values, Values], q: tuple[Values, Values], p: Namespace, h: Any,
-              sides: Mapping[int, np.ndarray]) -> States:
-        """Return the states after a Runge-Kutta step on these sides of their surfaces."""
-        u_middle, q_middle = _middle(*u), _middle(*q)
-
-        def moved(by: Any, rates: Sequence[np.ndarray]) -> States:
-            return self._bound([state + by * rate for state, rate in zip(x, rates, strict=True)])
-
-        a = self.rates(x, u[0], q[0], p, sides)
-        b = self.rates(moved(0.5 * h, a), u_middle, q_middle, p, sides)
-        c = self.rates(moved(0.5 * h, b), u_middle, q_middle, p, sides)
-        d = self.rates(moved(h, c), u[1], q[1], p, sides)
-        return moved(h / 6, [k1 + 2 * (k2 + k3) + k4 for k1, k2, k3, k4 in zip(a, b, c, d, strict=True)])
-
-    def _bound(self, x: Sequence[np.ndarray]) -> States:
-        return tuple(np.maximum(state, low) if low > -np.inf else state
-                     for state, low in zip(x, self.system.lowest or (-np.inf,) * len(x), strict=True))
-
-    def _meet(self, place: int, meets: np.ndarray, x: States, following: States, u: tuple[Values, Values],
-              q: tuple[Values, Values], p: Namespace, h: Any, sides: Mapping[int, np.ndarray]) -> States:
-        """Return the states a step later where one `meets` its surface within the step."""
-        def chosen(values: Values) -> dict[str, Any]:
-            return {name: np.broadcast_to(value, meets.shape)[meets] if np.ndim(value) else value
-                    for name, value in values.items()}
-
-        def between(pair: tuple[Values, Values]) -> tuple[Values, Values, Values]:
-            first, last = chosen(pair[0]), chosen(pair[1])
-            return first, {name: value + share * (last[name] - value) for name, value in first.items()}, last
-
-        before = tuple(np.broadcast_to(state, meets.shape)[meets] for state in x)
-        p, h = Namespace(**chosen(vars(p))), np.broadcast_to(h, meets.shape)[meets]
-        share = before[place] / (before[place] - following[place][meets])  # of the step, as if the state were linear
-        u_first, u_there, u_last = between(u)
-        q_first, q_there, q_last = between(q)
-        own = {other: side[meets] for other, side in sides.items()}
-        there = list(self._step(before, (u_first, u_there), (q_first, q_there), p, share * h, own))
-        there[place] = np.zeros_like(there[place])
-        on = self.sides(tuple(there), u_there, q_there, p)
-        after = list(self._step(tuple(there), (u_there, u_last), (q_there, q_last), p, (1 - share) * h, on))
-        after[place] = np.where(after[place] * on[place] < 0, 0.0, after[place])
-        changed = []
-        for state, value in zip(following, after, strict=True):
-            state = state.copy()
-            state[meets] = value
-            changed.append(state)
-        return tuple(changed)
-
-    def start(self, u: Values, q: Values, p: Namespace, shape: tuple[int, ...]) -> States:
-        start = as_tuple(self.system.start(Namespace(**u), Namespace(**q), p))
-        return tuple(np.broadcast_to(np.asarray(state, float), shape) for state in start)
-
-    def outputs(self, x: States, u: Values, q: Values, p: Namespace) -> States:
-        """Return the outputs; a law inside the equations acts on them as well."""
-        sides = self.sides(x, u, q, p) if self.system.switches else {}
-        named = self.system.name(x, sides)
-        return as_tuple(self.system.output(named, *self._changed(named, u, q, p), p))
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,7 +60,7 @@ class Trajectory:
             part = self.problem.take(rows)
             equations, p = part.equations
             states = tuple(self.x[rows, place, :-1] for place in range(d))
-            for place, state in enumerate(equations.advance(states, _ends(part.inputs), _ends(part.quantities), p,
+            for place, state in enumerate(equations.advance(states, ends(part.inputs), ends(part.quantities), p,
                                                             part.h)):
                 out[rows, place] = state
         return out
@@ -346,7 +158,7 @@ def _solve_part(problem: Problem, x: np.ndarray, A: np.ndarray, size: int) -> np
 def _improve(problem: Problem, x: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the states after a step of Newton's method, the derivatives, and the largest defects (n,) before it."""
     (equations, p), scales = problem.equations, _scales(x)
-    u, q = _ends(problem.inputs), _ends(problem.quantities)
+    u, q = ends(problem.inputs), ends(problem.quantities)
     start = equations.start(cut(problem.inputs, slice(0, 1)), cut(problem.quantities, slice(0, 1)), p, (len(x), 1))
     defect, correction = (np.empty((len(x), size, x.shape[1])) for _ in range(2))
     states = tuple(x[:, place, :-1] for place in range(x.shape[1]))
@@ -365,7 +177,7 @@ def _improve(problem: Problem, x: np.ndarray, size: int) -> tuple[np.ndarray, np
 def integrate(problem: Problem, shape: tuple[int, int]) -> np.ndarray:
     """Return the states (n, d, K) of a problem, integrated step by step for all runs at once."""
     n, size = shape
-    equations = _Equations(problem.system, problem.laws)
+    equations = Equations(problem.system, problem.laws)
     p = Namespace(**{name: np.broadcast_to(np.reshape(value, -1), (n,)) for name, value in problem.parameters.items()})
 
     def columns(values: Values) -> dict[str, Any]:
@@ -392,13 +204,13 @@ def integrate(problem: Problem, shape: tuple[int, int]) -> np.ndarray:
 def _differentiate_states(problem: Problem, x: np.ndarray) -> np.ndarray:
     """Return A (n, K - 1, d, d) about states (n, d, K)."""
     equations, p = problem.equations
-    u, q = _ends(problem.inputs), _ends(problem.quantities)
+    u, q = ends(problem.inputs), ends(problem.quantities)
     before = tuple(x[:, place, :-1] for place in range(x.shape[1]))
     following = equations.advance(before, u, q, p, problem.h)
     return _fill_derivatives(equations, before, following, u, q, p, problem.h, _scales(x))
 
 
-def _fill_derivatives(equations: _Equations, states: States, following: States, u: tuple[Values, Values],
+def _fill_derivatives(equations: Equations, states: States, following: States, u: tuple[Values, Values],
                       q: tuple[Values, Values], p: Namespace, h: Any, scales: np.ndarray) -> np.ndarray:
     A = np.empty((*np.shape(following[0]), len(scales), len(scales)))
     for place, scale in enumerate(scales):
@@ -432,7 +244,7 @@ def _differentiate(trajectory: Trajectory, kind: str, name: str, size: float) ->
         if not d:
             continue
         before, count = tuple(state[:, :-1] for state in states), len(D[rows])
-        u_ends, q_ends, moved_u_ends, moved_q_ends = _ends(u), _ends(q), _ends(moved_u), _ends(moved_q)
+        u_ends, q_ends, moved_u_ends, moved_q_ends = ends(u), ends(q), ends(moved_u), ends(moved_q)
         for end in range(1 if kind == "parameter" else 2):
             u_pair = (moved_u_ends[0], u_ends[1]) if end == 0 else (u_ends[0], moved_u_ends[1])
             q_pair = (moved_q_ends[0], q_ends[1]) if end == 0 else (q_ends[0], moved_q_ends[1])

@@ -5,7 +5,8 @@ import pytest
 
 from slipstick.engine.fit import Fit, begin
 from slipstick.engine.model import build_part
-from slipstick.engine.recordings import Recorded, prepare
+from slipstick.engine.preparation import prepare
+from slipstick.engine.recordings import Recorded
 from slipstick.engine.selection import fit_bare
 from slipstick.machine import Block, Command, Machine, Parameter, Profile, Runs, Sensor
 

@@ -9,11 +9,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from slipstick.engine.evidence import agree, hold_out
-from slipstick.engine.fit import Prior, fit, join
+from slipstick.engine.fit import fit, join
 from slipstick.engine.laws import list_candidates
 from slipstick.engine.linear_model import estimate, solve
 from slipstick.engine.measured_law import measure
-from slipstick.engine.recordings import Recorded, prepare
+from slipstick.engine.preparation import prepare
+from slipstick.engine.priors import Prior
+from slipstick.engine.recordings import Recorded
 from slipstick.engine.selection import Identification, identify, settle
 from slipstick.engine.settings import EngineSettings
 from slipstick.engine.simulation import find_time, simulate

@@ -29,7 +29,7 @@ from slipstick.engine.bases import (
     play,
     smooth_root,
 )
-from slipstick.engine.trajectory import EDGE, OwnLaw
+from slipstick.engine.equations import EDGE, OwnLaw
 
 KNOTS = [np.array([-1.0, 0.0, 0.5, 3.0]), np.array([2.0, 2.5]), np.linspace(-3, 3, 30),
          np.array([-2.0, -1e-9, 1e-9, 2.0])]

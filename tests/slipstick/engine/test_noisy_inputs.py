@@ -6,7 +6,8 @@ import numpy as np
 
 from slipstick.engine.fit import begin
 from slipstick.engine.model import build_part
-from slipstick.engine.recordings import Recorded, prepare
+from slipstick.engine.preparation import prepare
+from slipstick.engine.recordings import Recorded
 from slipstick.machine import Block, Machine, Parameter, Runs, Sensor
 
 RUNS, STEP, SAMPLES, LATE, RATE = 30, 0.01, 401, 0.5, 4.0

@@ -15,7 +15,7 @@ from slipstick.engine.fit import Fit, fit, join
 from slipstick.engine.kinds import KindOfLaw, find_kind
 from slipstick.engine.laws import list_candidates
 from slipstick.engine.linear_model import restricted_likelihood
-from slipstick.engine.recordings import prepare
+from slipstick.engine.preparation import prepare
 from slipstick.engine.selection import Identification, fit_bare, identify, settle
 from slipstick.engine.settings import EngineSettings
 from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Runs, Sensor

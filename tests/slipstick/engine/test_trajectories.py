@@ -10,7 +10,8 @@ from scipy.integrate import solve_ivp
 
 from slipstick.engine import trajectory as trajectories
 from slipstick.engine.bases import hats
-from slipstick.engine.trajectory import EDGE, OwnLaw, Problem, Trajectory, integrate, solve
+from slipstick.engine.equations import EDGE, OwnLaw, Problem
+from slipstick.engine.trajectory import Trajectory, integrate, solve
 from slipstick.machine.system import System
 
 FREE = (-np.inf, -np.inf)

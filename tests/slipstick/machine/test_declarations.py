@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slipstick.engine.recordings import prepare
-from slipstick.engine.trajectory import Problem, integrate, solve
+from slipstick.engine.equations import Problem
+from slipstick.engine.preparation import prepare
+from slipstick.engine.trajectory import integrate, solve
 from slipstick.errors import InvalidValue
 from slipstick.machine import Block, Command, Condition, Machine, Parameter, Profile, Quantity, Runs, Sensor
 from slipstick.machine.declaration import identifier_of

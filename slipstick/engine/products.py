@@ -1,0 +1,101 @@
+"""Products of the whitened columns of all runs and parts: what the linear mixed model is made of."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from slipstick.engine.laws import Candidate
+from slipstick.engine.linear_model import Gram
+from slipstick.engine.model import PartModel, State, key_of_law, key_of_term, touches
+from slipstick.engine.recordings import Pair, Recorded
+
+BEYOND = 3.0
+"""Scatter between runs that is possible, over the largest that is declared: what exceeds the declared one must show in
+the parameter, and not as a law."""
+
+
+@dataclass(frozen=True, eq=False)
+class Products:
+    """Products (n, c, c) of the columns of all runs: random, shared, then each of the `laws`, and the residual last.
+
+    Coefficients of laws are raw. The residual is that of the model at 0.
+    """
+
+    recorded: Recorded
+    values: np.ndarray
+    sizes: tuple[int, ...]
+
+    @property
+    def first(self) -> int:
+        """The place of the first coefficient of a law."""
+        return len(self.recorded.random) + len(self.recorded.shared)
+
+    def gram(self, roots: Sequence[np.ndarray]) -> tuple[Gram, np.ndarray]:
+        """Return the linear mixed model with these roots (m, r) of the laws' priors, and the map (c, c') to raw
+        ones."""
+        random, shared = self.recorded.random, self.recorded.shared
+        precision = 1 / np.array([term.std for term in (*random, *shared)]) ** 2
+        target = np.array([term.target for term in (*random, *shared)])
+        turn = scipy.linalg.block_diag(np.eye(len(precision)), *roots, np.ones((1, 1)))
+        free = turn.shape[1] - 1 - len(precision)
+        return Gram(turn.T @ self.values @ turn, len(random), np.append(precision, np.ones(free)),
+                    np.append(target, np.zeros(free)), BEYOND * np.array([term.widest for term in random])), turn
+
+    def places(self, number: int, roots: Sequence[np.ndarray]) -> np.ndarray:
+        """Return the places of a law's coefficients in the model with these roots."""
+        first = self.first + sum(root.shape[1] for root in roots[:number])
+        return np.arange(first, first + roots[number].shape[1])
+
+    def join(self, cross: np.ndarray, own: np.ndarray) -> "Products":
+        """Return the products with a further law: `cross` (n, m, c) with all columns, and `own` (n, m, m)."""
+        n, m, c = cross.shape
+        joined = np.empty((n, c + m, c + m))
+        joined[:, :c - 1, :c - 1] = self.values[:, :-1, :-1]
+        joined[:, :c - 1, -1] = joined[:, -1, :c - 1] = self.values[:, :-1, -1]
+        joined[:, -1, -1] = self.values[:, -1, -1]
+        rows = slice(c - 1, c - 1 + m)
+        joined[:, rows, :c - 1] = cross[:, :, :-1]
+        joined[:, :c - 1, rows] = cross[:, :, :-1].transpose(0, 2, 1)
+        joined[:, rows, -1] = joined[:, -1, rows] = cross[:, :, -1]
+        joined[:, rows, rows] = own
+        return Products(self.recorded, joined, (*self.sizes, m))
+
+
+def assemble(recorded: Recorded, models: Mapping[str, PartModel], laws: Mapping[Pair, Candidate],
+             state: State) -> Products:
+    """Return the products of all parts."""
+    sizes = tuple(law.count for law in laws.values())
+    count = len(recorded.random) + len(recorded.shared) + sum(sizes) + 1
+    total = np.zeros((len(recorded), count, count))
+    for model in models.values():
+        gram = model.rows @ model.rows.transpose(0, 2, 1)
+        onto = expand(recorded, model, laws, state)
+        total += onto.transpose(0, 2, 1) @ gram @ onto
+    return Products(recorded, total, sizes)
+
+
+def expand(recorded: Recorded, model: PartModel, laws: Mapping[Pair, Candidate], state: State) -> np.ndarray:
+    """Return the map (n, r + 1, c) from all coefficients, and 1 for the residual at 0, to the rows of a part."""
+    n, terms = len(recorded), (*recorded.random, *recorded.shared)
+    count = len(terms) + sum(law.count for law in laws.values()) + 1
+    onto = np.zeros((n, model.rows.shape[1], count))
+    for place, term in enumerate(terms):
+        if touches(term, model.part):
+            onto[:, model.keys.index(key_of_term(term)), place] = term.size * term.values
+    first = len(terms)
+    for pair, law in laws.items():
+        places = slice(first, first + law.count)
+        if pair in model.places:
+            rows = np.arange(model.places[pair].start, model.places[pair].stop)
+            onto[:, rows, np.arange(first, first + law.count)] = 1.0
+        elif model.part.name in law.variables:
+            row = model.keys.index(key_of_law(law, model.part))
+            onto[:, row, places] += law.size * law.variables[model.part.name].basis(None, 1)[:, :, 0]
+        first += law.count
+    shared = np.concatenate([state.shared, *(state.laws[pair] for pair in laws)])
+    values = np.concatenate([state.points, np.broadcast_to(shared, (n, len(shared)))], axis=1)
+    onto[:, :, -1] = np.einsum("nrc,nc->nr", onto[:, :, :-1], values)
+    onto[:, -1, -1] += 1.0
+    return onto
