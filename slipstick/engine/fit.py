@@ -72,7 +72,7 @@ class Fit:
         for name, model in self.models.items():
             onto = self.onto[name]
             left = onto[:, :, -1] - np.einsum("nrc,nc->nr", onto[:, :, :-1], coefficients)
-            squares[name] = np.einsum("nr,nrq,nq->n", left, model.rows @ model.rows.transpose(0, 2, 1), left)
+            squares[name] = np.einsum("nr,nrq,nq->n", left, model.gram, left)
         return squares
 
     @property

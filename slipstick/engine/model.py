@@ -49,8 +49,8 @@ class PartModel:
     without errors: those of the trajectory, or measured ones at samples for which a part without states does not hold.
 
     `rows` (n, r + 1, o k) are the responses to the `keys` of terms and laws between runs, then those of laws within
-    runs, then the residual; the sensors are late by `clocks` (o,), in samples. `places` are the rows of each law within
-    runs.
+    runs, then the residual, and `gram` (n, r + 1, r + 1) their products; the sensors are late by `clocks` (o,), in
+    samples. `places` are the rows of each law within runs.
     """
 
     part: Part
@@ -65,6 +65,7 @@ class PartModel:
     keys: tuple[Key, ...]
     places: Mapping[Pair, slice]
     rows: np.ndarray
+    gram: np.ndarray
 
     @property
     def residual(self) -> np.ndarray:
@@ -170,7 +171,7 @@ def build_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair,
             places[pair] = slice(first, first + law.count)
             first += law.count
     rows = model.white(np.concatenate([*columns, model.residual[:, None]], axis=1))
-    return replace(model, keys=keys, places=places, rows=rows)
+    return replace(model, keys=keys, places=places, rows=rows, gram=rows @ rows.transpose(0, 2, 1))
 
 
 def move_part(recorded: Recorded, model: PartModel, state: State) -> PartModel:
@@ -180,9 +181,10 @@ def move_part(recorded: Recorded, model: PartModel, state: State) -> PartModel:
     is correlated with the residual, so that those of the least squares would be biased by errors in variables.
     """
     there = _predict(recorded, model.part, state, model.laws, _respond_to_noise(recorded, model, state))
-    rows = model.rows.copy()
+    rows, gram = model.rows.copy(), model.gram.copy()
     rows[:, -1:] = model.white(there.residual[:, None])
-    return replace(there, whitening=model.whitening, keys=model.keys, places=model.places, rows=rows)
+    gram[:, -1] = gram[:, :, -1] = (rows @ rows[:, -1, :, None])[..., 0]
+    return replace(there, whitening=model.whitening, keys=model.keys, places=model.places, rows=rows, gram=gram)
 
 
 def _predict(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate],
@@ -194,8 +196,8 @@ def _predict(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, C
     if not part.system.states:
         signals = np.where(part.counted, signals, np.stack([recorded.signals[name] for name in part.signals], axis=1))
     clocks = tuple(_clock(recorded, clock_of(part, signal), state) for signal in part.signals)
-    model = PartModel(part, state, laws, trajectory, np.empty(0), signals, np.empty(0), clocks, None, (), {},
-                      np.empty(0))
+    nothing = np.empty(0)
+    model = PartModel(part, state, laws, trajectory, nothing, signals, nothing, clocks, None, (), {}, nothing, nothing)
     if noisy is None:
         noisy = _respond_to_noise(recorded, model, state)
     # The errors and the lateness of sensors are those of the smooth signals: a late noise would be an average.

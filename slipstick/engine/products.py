@@ -70,9 +70,8 @@ def assemble(recorded: Recorded, models: Mapping[str, PartModel], laws: Mapping[
     count = len(recorded.random) + len(recorded.shared) + sum(sizes) + 1
     total = np.zeros((len(recorded), count, count))
     for model in models.values():
-        gram = model.rows @ model.rows.transpose(0, 2, 1)
         onto = expand(recorded, model, laws, state)
-        total += onto.transpose(0, 2, 1) @ gram @ onto
+        total += onto.transpose(0, 2, 1) @ model.gram @ onto
     return Products(recorded, total, sizes)
 
 
