@@ -32,8 +32,6 @@ WALKS = (0.0, 0.3, 1.0, 3.0, 10.0)
 """Standard deviations of the walk over that of the line: the grid of smoothness."""
 WIDTHS, TIMES, DELAYS = np.geomspace(0.003, 0.5, 12), np.geomspace(0.5, 256, 14), np.geomspace(0.5, 64, 8)
 """Of plays, over the range of the signal, and of lags and dead times in samples."""
-_REFLECTED = 64
-"""Most samples by which noise is extended beyond its ends."""
 RELAXATIONS, PLACES = np.geomspace(2, 128, 4), np.array([-0.2, -0.05, 0.0, 0.05, 0.2])
 """Times in samples over which a signal is forgotten, and places over its range at which laws of what is not bend."""
 
@@ -271,18 +269,6 @@ def late(signal: np.ndarray, by: float, every: int) -> np.ndarray:
     _fill_late(np.ascontiguousarray(signal).reshape(-1, signal.shape[-1]), float(by), every,
                out.reshape(-1, out.shape[-1]))
     return out
-
-
-def late_noise(noise: np.ndarray, by: float) -> np.ndarray:
-    """Return noise (n, k) that is late by so many samples, with all of its power: by the phase of its Fourier series.
-
-    Weights of neighbouring samples would be an average of them. Beyond its ends, the noise is reflected.
-    """
-    aside = min(_REFLECTED, noise.shape[1] - 1)
-    series = scipy.fft.rfft(np.pad(noise, ((0, 0), (aside, aside)), mode="reflect"), axis=1)
-    size = noise.shape[1] + 2 * aside
-    shifted = scipy.fft.irfft(series * np.exp(-2j * np.pi * by * scipy.fft.rfftfreq(size)), size, axis=1)
-    return np.asarray(shifted[:, aside:aside + noise.shape[1]])
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

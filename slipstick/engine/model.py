@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.engine.bases import late, late_noise
+from slipstick.engine.bases import late
 from slipstick.engine.equations import OwnLaw, Problem
 from slipstick.engine.laws import GAIN, Candidate
 from slipstick.engine.recordings import Pair, Part, Recorded, Term, clock_of, guess_track, pose_nominal, refine
@@ -177,10 +177,10 @@ def build_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair,
 def move_part(recorded: Recorded, model: PartModel, state: State) -> PartModel:
     """Return the model of a part at another state with the columns that it has: with another residual alone.
 
-    The noise of inputs keeps its way to the outputs as well, and is as late as they are. What parameters change of it
-    is correlated with the residual, so that those of the least squares would be biased by errors in variables.
+    The response to the noise of inputs is kept as well. What it changes is correlated with the residual, so that
+    parameters of the least squares would be biased by errors in variables.
     """
-    there = _predict(recorded, model.part, state, model.laws, _respond_to_noise(recorded, model, state))
+    there = _predict(recorded, model.part, state, model.laws, model.noisy)
     rows, gram = model.rows.copy(), model.gram.copy()
     rows[:, -1:] = model.white(there.residual[:, None])
     gram[:, -1] = gram[:, :, -1] = (rows @ rows[:, -1, :, None])[..., 0]
@@ -199,24 +199,10 @@ def _predict(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, C
     nothing = np.empty(0)
     model = PartModel(part, state, laws, trajectory, nothing, signals, nothing, clocks, None, (), {}, nothing, nothing)
     if noisy is None:
-        noisy = _respond_to_noise(recorded, model, state)
+        noisy = model.carry(part.beyond)
     # The errors and the lateness of sensors are those of the smooth signals: a late noise would be an average.
     read = model.read(part.fine) - signals[:, :, ::part.fine]
     return replace(model, noisy=noisy, predicted=read + trajectory.outputs[:, :, ::part.fine] + noisy)
-
-
-def _respond_to_noise(recorded: Recorded, model: PartModel, state: State) -> np.ndarray:
-    """Return the response (n, o, k) to the noise of measured inputs, as late as that to the signals.
-
-    A signal without most of its noise has some: were this late, and the rest of the noise not, one would cancel some of
-    the other, and clocks would gain. What a state is drawn to has the noise of the output itself, which is not late.
-    """
-    part = model.part
-    carried = model.carry({name: late_noise(part.beyond[name], -_clock(recorded, clock_of(part, name), state))
-                           for name in part.noise})
-    late_by = np.stack([late_noise(carried[:, place], _clock(recorded, clock_of(part, signal), state))
-                        for place, signal in enumerate(part.signals)], axis=1)
-    return np.asarray(late_by + model.carry({name: part.beyond[name] for name in part.drawn.values()}))
 
 
 def touches(term: Term, part: Part) -> bool:

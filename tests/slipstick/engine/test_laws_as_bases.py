@@ -22,7 +22,6 @@ from slipstick.engine.bases import (
     lag,
     lags,
     late,
-    late_noise,
     own_variable,
     past,
     place_knots,
@@ -267,15 +266,3 @@ def test_a_coarse_law_keeps_the_ends_and_the_jump(jumps: bool) -> None:
                                       lags("force", None, 1, 3.0)], ids=lambda variable: variable.name)
 def test_what_has_few_knots_or_no_curve_is_coarse(variable: Variable) -> None:
     assert variable.coarse() is variable
-
-
-@pytest.mark.parametrize("by", [-0.5, 0.25, 1.3])
-def test_late_noise_keeps_its_power_and_is_late(by: float) -> None:
-    noise = np.random.default_rng(6).standard_normal((200, 300))
-    shifted = late_noise(noise, by)
-    assert shifted.std() == pytest.approx(noise.std(), rel=0.005)
-    assert late(noise, by, 1).std() < 0.95 * noise.std()  # as weights of neighbours would not
-    time = np.arange(300.0)[None]
-    np.testing.assert_allclose(late_noise(np.cos(0.3 * time), by)[:, 50:-50], np.cos(0.3 * (time - by))[:, 50:-50],
-                               atol=0.02)
-    np.testing.assert_allclose(late_noise(noise, 0.0), noise, atol=1e-12)
