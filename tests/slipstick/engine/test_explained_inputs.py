@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from slipstick.engine.fit import begin
+from slipstick.engine.laws import GAIN, list_candidates
 from slipstick.engine.model import build_part
 from slipstick.engine.preparation import prepare
-from slipstick.engine.recordings import Recorded, explain
+from slipstick.engine.recordings import Recorded, explain, refine
 from slipstick.machine import Block, Command, Machine, Parameter, Profile, Runs, Sensor
 
 RUNS, STEP, TIME, RISE, NOISE = 6, 0.01, np.arange(0, 1.005, 0.01), 0.015, 1e-4
@@ -91,3 +92,21 @@ def test_explained_signals_and_what_is_beyond_are_what_was_measured(
     read = part.inputs["flow"][:, ::part.fine] + part.beyond["flow"]
     np.testing.assert_allclose(read, recorded.runs.signals["flow"], atol=1e-12)
     np.testing.assert_allclose(part.inputs["flow"][:, ::part.fine], flow[:, ::FINE], atol=1e-12)
+
+
+def test_the_noise_of_an_input_acts_as_it_does_behind_its_sensor(
+        filling: tuple[Recorded, np.ndarray, np.ndarray]) -> None:
+    """Of a signal of which its sensor reads 20 % too much, noise is too large as well."""
+    recorded = filling[0]
+    vessel = recorded.parts[1]
+    law = next(each for each in list_candidates(recorded, {part.name: {} for part in recorded.parts})
+               if each.pair == ("flow sensor", GAIN))
+    state = replace(begin(recorded), shared=np.zeros(len(recorded.shared)),
+                    laws={law.pair: 0.2 * law.variable.knots / law.size})
+    noise = NOISE * np.random.default_rng(3).standard_normal(vessel.beyond["flow"].shape)
+    louder = replace(vessel, inputs={"flow": vessel.inputs["flow"] + refine(noise, vessel.fine)})
+    quiet, loud = (build_part(recorded, part, state, {law.pair: replace(law, variables={"vessel": replace(
+        law.variables["vessel"], values=part.inputs["flow"])})}) for part in (vessel, louder))
+    change = (loud.trajectory.outputs - quiet.trajectory.outputs)[:, :, ::vessel.fine]
+    # Beyond its outermost knots, the law is constant.
+    np.testing.assert_allclose(quiet.carry({"flow": noise}), change, atol=0.03 * np.abs(change).max())
