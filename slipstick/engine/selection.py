@@ -166,8 +166,8 @@ class _Search:
             self.fits[_name(after)] = after
         self.fits[_name(better)] = better
         self.candidates = self._list()
-        if sum(finding.pair in better.laws for finding in self.findings) >= self.settings.most:
-            self.closed.add(_name(better))
+        self.closed |= {group for group, each in self.fits.items()
+                        if sum(finding.pair in each.laws for finding in self.findings) >= self.settings.most}
 
     def _list(self) -> list[Candidate]:
         """Return all candidates over signals and own variables as the fits explain them."""
