@@ -15,7 +15,7 @@ from slipstick.engine.laws import Candidate
 from slipstick.engine.linear_model import Fitted, estimate, restricted_likelihood
 from slipstick.engine.model import PartModel, State, build_part, move_part
 from slipstick.engine.priors import Prior, adapt_priors
-from slipstick.engine.products import BEYOND, Products, assemble, expand
+from slipstick.engine.products import Products, assemble, expand
 from slipstick.engine.recordings import Pair, Recorded
 from slipstick.errors import InvalidValue
 
@@ -164,10 +164,10 @@ def _solve(recorded: Recorded, models: Mapping[str, PartModel], laws: Mapping[Pa
         return None
     adapted = adapt_priors(products, laws, priors, variance)
     gram, turn = products.gram([adapted[pair].root(law) for pair, law in laws.items()])
-    fitted, widest = estimate(gram, variance), BEYOND * np.array([term.widest for term in recorded.random])
+    fitted = estimate(gram, variance)
     promised = fitted.posterior - fitted.at(_inside(turn, fitted, state, laws)).posterior
-    return _Solved(state, products, adapted, fitted, turn, np.clip(fitted.variance, _LEAST * widest**2, widest**2),
-                   promised)
+    variance = np.clip(fitted.variance, _LEAST * gram.widest**2, gram.widest**2)
+    return _Solved(state, products, adapted, fitted, turn, variance, promised)
 
 
 def _follow(recorded: Recorded, models: Mapping[str, PartModel], laws: Mapping[Pair, Candidate], solved: _Solved,

@@ -11,7 +11,7 @@ from slipstick.engine.linear_model import Gram
 from slipstick.engine.model import PartModel, State, key_of_law, key_of_term, touches
 from slipstick.engine.recordings import Pair, Recorded
 
-BEYOND = 3.0
+_BEYOND = 3.0
 """Scatter between runs that is possible, over the largest that is declared: what exceeds the declared one must show in
 the parameter, and not as a law."""
 
@@ -41,7 +41,7 @@ class Products:
         turn = scipy.linalg.block_diag(np.eye(len(precision)), *roots, np.ones((1, 1)))
         free = turn.shape[1] - 1 - len(precision)
         return Gram(turn.T @ self.values @ turn, len(random), np.append(precision, np.ones(free)),
-                    np.append(target, np.zeros(free)), BEYOND * np.array([term.widest for term in random])), turn
+                    np.append(target, np.zeros(free)), _BEYOND * np.array([term.widest for term in random])), turn
 
     def places(self, number: int, roots: Sequence[np.ndarray]) -> np.ndarray:
         """Return the places of a law's coefficients in the model with these roots."""

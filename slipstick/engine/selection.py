@@ -146,7 +146,7 @@ class _Search:
         """Take a fit with a further law, without earlier laws whose loss it makes good."""
         better = temper(better, self.settings)
         for _ in range(_RENEWED):  # with the law, the part explains its signals, and shows their noise
-            better = temper(_renew([better], [better], self.settings)[0], self.settings)
+            better = _renew([better], [better], self.settings)[0]
         for finding in self.findings[:-1]:
             if finding.pair not in better.laws:
                 continue
@@ -162,7 +162,6 @@ class _Search:
         for before, after in zip(others, _renew(others, [better], self.settings), strict=True):
             if after.models is not before.models:
                 self.closed.discard(_name(after))
-                after = temper(after, self.settings)
             self.fits[_name(after)] = after
         self.fits[_name(better)] = better
         self.candidates = self._list()
@@ -243,7 +242,7 @@ def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:
     most = int(settings.most_outlying * len(recorded))
     for number in range(1 + _RENEWED):
         if number:  # bad runs have a share in the noise that the signals show
-            fits = [temper(each, settings) for each in _renew(fits, fits, settings)]
+            fits = _renew(fits, fits, settings)
         while len(bad := _find_bad(fits, settings)) and len(recorded) - len(fits[0].recorded) + len(bad) <= most:
             kept = np.delete(np.arange(len(fits[0].recorded)), bad)
             fits = [fit(*_taken(each, kept)) for each in fits]
@@ -281,7 +280,7 @@ def _find_bad(fits: Sequence[Fit], settings: EngineSettings) -> np.ndarray:
 
 
 def _renew(fits: Sequence[Fit], shown: Sequence[Fit], settings: EngineSettings) -> list[Fit]:
-    """Return fits with the noise that those `shown` leave, and with signals as these explain them.
+    """Return fits with the noise that those `shown` leave, with signals as these explain them, and tempered anew.
 
     A fit that is not shown itself, and reads nothing of these signals, keeps its state.
     """
@@ -298,7 +297,8 @@ def _renew(fits: Sequence[Fit], shown: Sequence[Fit], settings: EngineSettings) 
         # Of a part without states, what it leaves tells only the noise of its signal and of its inputs together.
         parts = tuple(_hear(part, given) if part.block.states else part for part in recorded.parts)
         recorded = explain(replace(recorded, parts=parts), explained)
-        renewed.append(each.again(recorded) if each in quiet or reads else replace(each, recorded=recorded))
+        is_fitted = each in quiet or reads
+        renewed.append(temper(each.again(recorded), settings) if is_fitted else replace(each, recorded=recorded))
     return renewed
 
 
@@ -336,12 +336,11 @@ def renew_noise(bare: Fit) -> Recorded:
         loudness = np.stack([estimate_loudness(model.residual[:, place], part.counted[:, place]) for place in range(o)],
                             axis=1)
         scaled = 1 / loudness[:, :, None]
-        sensors = [estimate_residual_noise((scaled * model.residual)[:, place], part.counted[:, place],
-                                           (scaled * carried)[:, place] if part.noise else None, sensor)
-                   for place, sensor in enumerate(part.sensors)]
-        sensors = [bound_noise(sensor, part.measured[:, place] / loudness[:, place, None])
-                   for place, sensor in enumerate(sensors)]
-        parts.append(replace(part, loudness=loudness, sensors=tuple(sensors)))
+        left, whole, carried = scaled * model.residual, scaled * part.measured, scaled * carried
+        parts.append(replace(part, loudness=loudness, sensors=tuple(
+            bound_noise(estimate_residual_noise(left[:, place], part.counted[:, place],
+                                                carried[:, place] if part.noise else None, sensor), whole[:, place])
+            for place, sensor in enumerate(part.sensors))))
     return replace(bare.recorded, parts=tuple(parts))
 
 
