@@ -14,6 +14,7 @@ from slipstick.engine.measured_law import Law, measure
 from slipstick.engine.preparation import prepare
 from slipstick.engine.recordings import Recorded
 from slipstick.engine.selection import identify
+from slipstick.engine.settings import EngineSettings
 from slipstick.machine import Runs
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
@@ -25,11 +26,11 @@ MACHINES = Path(__file__).parents[1] / "tables" / "machines"
 _FLAT = "nothing", "constant", "line"
 
 
-def answer_by_engine(case: str, described: Path, recorded: Path) -> Answer:
+def answer_by_engine(case: str, described: Path, recorded: Path, settings: EngineSettings | None = None) -> Answer:
     """Name what is missing: of another machine in all of it, of a clutch in the blocks that are declared."""
     prepared = _prepare_machine(described, recorded) if described.name == "machine.json" else _prepare_clutch(
         described, recorded)
-    answer = identify(prepared)
+    answer = identify(prepared, settings)
     findings = tuple(NamedPair(_translate(finding.pair), tuple(_translate(rival) for rival in finding.rivals),
                                nats=round(finding.nats, 1)) for finding in answer.findings)
     laws = tuple(_state_law(measure(fit, finding.pair)) for finding in answer.findings for fit in answer.fits

@@ -15,14 +15,14 @@ ANSWERS = ("method", "case", "runs", "bad runs", "hidden", "form", "trend", "sha
 
 def write_rates(path: Path, method: str, rates: Sequence[Rate]) -> None:
     """Write the rates of a method, named with its version."""
-    _write(path, RATES, [(method, each.suite, each.what, each.stage, each.hits, each.of,
+    write_table(path, RATES, [(method, each.suite, each.what, each.stage, each.hits, each.of,
                           *(f"{value:.3f}" for value in (each.hits / each.of, *each.bounds))) for each in rates])
 
 
 def write_answers(path: Path, method: str, entries: Iterable[Entry]) -> None:
     """Write the answers of a method beside what was hidden, in the order of the cases."""
     ordered = sorted(entries, key=lambda entry: (entry.suite, entry.seed))
-    _write(path, ANSWERS, [(method, *_row(entry)) for entry in ordered])
+    write_table(path, ANSWERS, [(method, *_row(entry)) for entry in ordered])
 
 
 def read_rates(path: Path) -> list[Rate]:
@@ -73,12 +73,13 @@ def replace_rows(path: Path, header: Sequence[str], key: str, rows: Sequence[Seq
         with path.open(newline="", encoding="utf-8") as file:
             others = [row for row in csv.reader(file) if row and row[0] not in (header[0], key)]
     own = [[key, *row] for row in rows]
-    _write(path, header, sorted([*others, *own], key=lambda row: row[0]))  # stable: rows of a key keep their order
+    write_table(path, header, sorted([*others, *own], key=lambda row: row[0]))  # stable: rows of a key keep their order
     for row in own:
         print(*row, sep=" | ")
 
 
-def _write(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+def write_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """Write a table."""
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(header)

@@ -25,7 +25,7 @@ _SHRUNK = 0.5
 """Share of what the step before has promised above which columns are computed anew."""
 HOPED = 3.0
 """Times what a step promises that a fit may still gain."""
-_SETTLED = 0.1
+SETTLED = 0.1
 """Nats that a step promises, or by which it may lower the posterior, at which a fit ends: no decision depends on it."""
 _FIRST, _LEAST = 1e-4, 1e-10
 """Variances of random effects, relative to their scale: to begin with, and at least."""
@@ -92,7 +92,7 @@ class Fit:
         return fit(recorded, laws, self.priors, self.state, self.fitted.variance)
 
     def beside(self, laws: Mapping[Pair, Candidate], priors: Mapping[Pair, Prior], state: State | None = None,
-               settled: float = _SETTLED, needed: float = -np.inf) -> "Fit":
+               settled: float = 0.0, needed: float = -np.inf) -> "Fit":
         """Return the fit with further laws from here on, or from another state."""
         return fit(self.recorded, {**self.laws, **laws}, {**self.priors, **priors}, state or self.state,
                    self.fitted.variance, settled, needed)
@@ -105,15 +105,15 @@ def begin(recorded: Recorded) -> State:
 
 
 def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair, Prior], state: State | None = None,
-        variance: np.ndarray | None = None, settled: float = _SETTLED, needed: float = -np.inf) -> Fit:
+        variance: np.ndarray | None = None, settled: float = 0.0, needed: float = -np.inf) -> Fit:
     """Fit the parts with laws from a state on, where laws that it lacks are 0; some priors are kept.
 
-    The fit ends where a step promises less than `settled` nats, or where it will stay short of the evidence that is
-    `needed`. Columns are kept over the steps as long as each promises much less than the one before (a chord method:
-    Kelley, Iterative Methods for Linear and Nonlinear Equations, 1995, section 5.4.1), and are those of the state where
-    it ends.
+    The fit ends where a step promises less than `settled` nats, of which SETTLED are the least, or where it will stay
+    short of the evidence that is `needed`. Columns are kept over the steps as long as each promises much less than the
+    one before (a chord method: Kelley, Iterative Methods for Linear and Nonlinear Equations, 1995, section 5.4.1), and
+    are those of the state where it ends.
     """
-    state = state or begin(recorded)
+    state, settled = state or begin(recorded), max(settled, SETTLED)
     variance = np.full(len(recorded.random), _FIRST) if variance is None else np.maximum(variance, _FIRST * 1e-4)
     state = replace(state, laws={pair: state.laws.get(pair, np.zeros(law.count)) for pair, law in laws.items()})
     best: Fit | None = None

@@ -10,7 +10,7 @@ from slipstick.machine.declaration import SENSOR, Quantity, identifier_of
 
 PAST, LAG, GAIN, CONSTANT = "past ", "lag", "gain", "offset"
 CURVE = "curve over "
-_FINER = 3
+FINER = 3
 """Knots of a curve for each declared one: between these, a smooth curve is off its lines by 2 % of its deviation."""
 
 
@@ -143,16 +143,16 @@ def _past(recorded: Recorded, quantity: Quantity, size: float, name: str, parts:
 
 
 def list_curves(recorded: Recorded,
-                own: dict[str, dict[str, np.ndarray]]) -> dict[Pair, tuple[Candidate, float, float]]:
-    """Return the laws of curves that are not known exactly, with standard deviation and length over their knots."""
+                own: dict[str, dict[str, np.ndarray]]) -> dict[Pair, tuple[Candidate, float]]:
+    """Return the laws of curves that are not known exactly, with their standard deviations."""
     listed = {}
     for part in recorded.parts:
         for declared in part.block.curves:
             values = own[part.name][declared.over]
             low, high = (float(end) for end in np.quantile(values, [OUTERMOST, 1 - OUTERMOST]))
-            knots = np.linspace(low, high, _FINER * (declared.knots - 1) + 1)
+            knots = np.linspace(low, high, FINER * (declared.knots - 1) + 1)
             variable = Variable(declared.over, "", "own", knots)
             pair = declared.quantity, CURVE + declared.over
             candidate = Candidate(pair, recorded.machine.quantity(declared.quantity), 1.0, {part.name: variable})
-            listed[pair] = candidate, declared.within, float(_FINER)
+            listed[pair] = candidate, declared.within
     return listed

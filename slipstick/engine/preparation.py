@@ -96,7 +96,7 @@ def _find_nominal(machine: Machine, blocks: Sequence[Block], runs: Runs, signals
 
 def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[str, np.ndarray],
                   smooth: Mapping[str, np.ndarray], noise: Mapping[str, Noise],
-                  nominal: Mapping[str, np.ndarray], is_free: bool, least: int = _SUBSTEPS[0]) -> Part:
+                  nominal: Mapping[str, np.ndarray], is_free: bool, least: int = 1) -> Part:
     conditions = {each.name for each in machine.conditions}
     parameters = {identifier_of(name): nominal[name] for name in
                   (*(each.name for each in block.parameters), *(name for name in block.reads if name in conditions))}
@@ -136,9 +136,9 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
 
     if not block.states:
         return at(1)
-    coarse = at(least)
+    coarse = at(max(least, _SUBSTEPS[0]))
     before = _predict_nominal(coarse)
-    for fine in _SUBSTEPS[_SUBSTEPS.index(least) + 1:]:
+    for fine in (each for each in _SUBSTEPS if each > coarse.fine):
         finer = at(fine)
         after = _predict_nominal(finer)
         off = np.mean((after - before) ** 2, axis=(0, 2)) / [sensor.fresh**2 for sensor in coarse.sensors]

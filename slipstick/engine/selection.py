@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, screen
-from slipstick.engine.fit import HOPED, Fit, fit, join, join_recorded
-from slipstick.engine.laws import CONSTANT, Candidate, list_candidates, list_curves
+from slipstick.engine.fit import HOPED, SETTLED, Fit, fit, join, join_recorded
+from slipstick.engine.laws import CONSTANT, FINER, Candidate, list_candidates, list_curves
 from slipstick.engine.model import State, nominal_own_values
 from slipstick.engine.noise import Noise, bound_noise, draw_noise, estimate_loudness, estimate_residual_noise
 from slipstick.engine.priors import Prior
@@ -22,9 +22,8 @@ _TEMPERED = 6
 """Most rounds in which what a part leaves is found to count as noise."""
 _RENEWED = 2
 """Times that noise and explained signals follow from a fit: what a drawn state has of its own noise fades each time."""
-_SETTLED, _ROUGH = 0.1, 0.005
-"""Nats that a step of a trial may still promise: at least, and over those that its candidate gains by a linear
-model."""
+_ROUGH = 0.005
+"""Nats that a step of a trial may still promise, over those that its candidate gains by a linear model."""
 _TIED = 0.8
 """Share of the nats of the best candidate below which another one is not fitted to the end."""
 _NEAR = 0.5
@@ -143,20 +142,11 @@ class _Search:
         return constant if rest < max(self.settings.nats, self.settings.further * constant.finding.nats) else best
 
     def _accept(self, better: Fit) -> None:
-        """Take a fit with a further law, without earlier laws whose loss it makes good."""
+        """Take a fit with a further law, and search the groups again that read what it explains."""
         better = temper(better, self.settings)
         for _ in range(_RENEWED):  # with the law, the part explains its signals, and shows their noise
             better = _renew([better], [better], self.settings)[0]
-        for finding in self.findings[:-1]:
-            if finding.pair not in better.laws:
-                continue
-            laws = {pair: law for pair, law in better.laws.items() if pair != finding.pair}
-            rest = fit(better.recorded, laws, {pair: better.priors[pair] for pair in laws}, better.state,
-                       better.fitted.variance, needed=better.evidence - self.settings.nats)
-            errors = agree(hold_out(better.fitted) - hold_out(rest.fitted), expect(better, better.laws[finding.pair]))
-            if better.evidence - rest.evidence < self.settings.nats or errors < self.settings.errors:
-                self.findings.remove(finding)
-                better = rest
+        better = self._drop_redundant(better)
         # Other groups read its signals, or have candidates over them.
         others = list(self.fits.values())
         for before, after in zip(others, _renew(others, [better], self.settings), strict=True):
@@ -167,6 +157,20 @@ class _Search:
         self.candidates = self._list()
         self.closed |= {group for group, each in self.fits.items()
                         if sum(finding.pair in each.laws for finding in self.findings) >= self.settings.most}
+
+    def _drop_redundant(self, better: Fit) -> Fit:
+        """Return the fit without laws whose loss the last one makes good: these are findings no more."""
+        for finding in self.findings[:-1]:
+            if finding.pair not in better.laws:
+                continue
+            laws = {pair: law for pair, law in better.laws.items() if pair != finding.pair}
+            rest = fit(better.recorded, laws, {pair: better.priors[pair] for pair in laws}, better.state,
+                       better.fitted.variance, needed=better.evidence - self.settings.nats)
+            errors = agree(hold_out(better.fitted) - hold_out(rest.fitted), expect(better, better.laws[finding.pair]))
+            if better.evidence - rest.evidence < self.settings.nats or errors < self.settings.errors:
+                self.findings.remove(finding)
+                better = rest
+        return better
 
     def _list(self) -> list[Candidate]:
         """Return all candidates over signals and own variables as the fits explain them."""
@@ -203,13 +207,13 @@ class _Search:
         """Fit a candidate in full, unless it stays far behind what another one has `reached` in nats."""
         candidate, groups = screened.candidate, self._groups(screened.candidate)
         base, pair = self._base(groups), screened.candidate.pair
-        full = base.beside({pair: candidate}, {pair: screened.prior}, settled=max(_SETTLED, _ROUGH * screened.nats),
+        full = base.beside({pair: candidate}, {pair: screened.prior}, settled=_ROUGH * screened.nats,
                            needed=base.evidence + _TIED * reached)
         return self._judge(candidate, full, base, groups)
 
     def _finish(self, trial: _Trial) -> _Trial:
         """Return a trial whose fit has converged as far as decisions between near candidates need."""
-        if trial.fit.promised < _SETTLED:
+        if trial.fit.promised < SETTLED:
             return trial
         full, law = trial.fit.beside({}, {}), trial.fit.laws[trial.finding.pair]
         return self._judge(law, max(trial.fit, full, key=lambda each: each.evidence), trial.base, trial.groups)
@@ -321,8 +325,8 @@ def _taken(before: Fit, rows: np.ndarray) -> tuple[Recorded, dict[Pair, Candidat
 def fit_bare(group: Recorded, state: State | None = None, variance: np.ndarray | None = None) -> Fit:
     """Fit a group of parts without laws, but with the errors of their curves."""
     curves = list_curves(group, {part.name: nominal_own_values(part) for part in group.parts if part.block.curves})
-    return fit(group, {pair: candidate for pair, (candidate, _, _) in curves.items()},
-               {pair: Prior(within, length=length) for pair, (_, within, length) in curves.items()}, state, variance)
+    return fit(group, {pair: candidate for pair, (candidate, _) in curves.items()},
+               {pair: Prior(within, length=FINER) for pair, (_, within) in curves.items()}, state, variance)
 
 
 def renew_noise(bare: Fit) -> Recorded:
