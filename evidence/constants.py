@@ -33,8 +33,8 @@ from slipstick import engine
 from slipstick.engine.settings import EngineSettings
 
 TABLE = Path(__file__).with_name("constants.csv")
-CASES = ("other_machines", 2008), ("other_machines", 2006), ("nothing_missing", 304), ("one_known_effect", 309)
-"""A finding, a tie, a null of a tank, a null of a clutch, and a finding of it with a run that is set aside."""
+CASES = ("other_machines", 2008), ("other_machines", 2012), ("other_machines", 2030), ("one_known_effect", 309)
+"""Two tanks with a tie, with a finding, and without an effect, and a clutch with a finding and a run set aside."""
 FACTORS = 0.5, 2.0
 SETTINGS = "settings"
 _COMPILED = "_LANES"

@@ -97,6 +97,19 @@ class Fit:
         return fit(self.recorded, {**self.laws, **laws}, {**self.priors, **priors}, state or self.state,
                    self.fitted.variance, settled, needed)
 
+    def or_anew(self) -> "Fit":
+        """Return the better one of this fit and of one in which all runs begin with the means of their parameters.
+
+        Where something was missing, those of some runs may have been driven to another optimum, and the scatter with
+        them.
+        """
+        state = replace(self.state, points=np.tile(self.state.means, (len(self.state.points), 1)), tracks={})
+        try:
+            anew = fit(self.recorded, self.laws, self.priors, state)
+        except InvalidValue:  # no finite solution there
+            return self
+        return max(self, anew, key=lambda each: each.evidence)
+
 
 def begin(recorded: Recorded) -> State:
     """Return the state of nominal parameters."""

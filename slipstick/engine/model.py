@@ -236,8 +236,7 @@ def _pose(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Cand
     for terms, values in ((recorded.random, state.points.T), (recorded.shared, state.shared)):
         for term, value in zip(terms, values, strict=True):
             if term.kind == "parameter" and term.place in parameters:
-                change = term.size * term.values * value
-                parameters[term.place] = parameters[term.place] + change[:, None]
+                parameters[term.place] = term.change(parameters[term.place], value)
     quantities: dict[str, Any] = dict(part.quantities)
     driving, inner = dict(part.inputs), list[OwnLaw]()
     for signal, name in part.read.items():  # late
@@ -309,7 +308,8 @@ def _row(model: PartModel, key: Key, recorded: Recorded) -> np.ndarray:
     part, (kind, name) = model.part, key
     n, o, size = model.trajectory.outputs.shape
     if kind != "clock":
-        return _respond(model, kind, name, _typical(recorded, model, key), np.ones((n, 1, size)))
+        changed = np.broadcast_to(_unit(recorded, model, key), (n, 1, size))
+        return _respond(model, kind, name, _typical(recorded, model, key), changed)
     names = (*part.signals, *part.noise)
     place = [clock_of(part, signal) for signal in names].index(name)
     if place >= o:
@@ -331,11 +331,25 @@ def _respond_to_clock(model: PartModel, name: str, clock: float) -> np.ndarray:
     return -_respond(model, "input", name, 1.0, (ahead - behind)[:, None] / (2 * _LATER))
 
 
+def _unit(recorded: Recorded, model: PartModel, key: Key) -> np.ndarray:
+    """Return the changes (n, 1, 1) of what a term or a law changes with its coefficient."""
+    if key[0] != "parameter":
+        return np.ones((1, 1, 1))
+    term = _term_of(recorded, key)
+    if term.is_factor:
+        return np.asarray(model.trajectory.problem.parameters[term.place])[:, :, None]
+    return np.full((1, 1, 1), term.size)
+
+
+def _term_of(recorded: Recorded, key: Key) -> Term:
+    return next(term for term in (*recorded.random, *recorded.shared) if key_of_term(term) == key)
+
+
 def _typical(recorded: Recorded, model: PartModel, key: Key) -> float:
     """Return a magnitude for numerical derivatives."""
     kind, name = key
     if kind == "parameter":
-        term = next(term for term in (*recorded.random, *recorded.shared) if term.place == name)
+        term = _term_of(recorded, key)
         return term.size * float(np.abs(term.values).max() or 1.0)
     if kind == "quantity":
         return next(each.size for each in model.part.block.quantities if identifier_of(each.name) == name)

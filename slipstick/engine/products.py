@@ -82,7 +82,7 @@ def expand(recorded: Recorded, model: PartModel, laws: Mapping[Pair, Candidate],
     onto = np.zeros((n, model.rows.shape[1], count))
     for place, term in enumerate(terms):
         if touches(term, model.part):
-            onto[:, model.keys.index(key_of_term(term)), place] = term.size * term.values
+            onto[:, model.keys.index(key_of_term(term)), place] = term.values
     first = len(terms)
     for pair, law in laws.items():
         places = slice(first, first + law.count)

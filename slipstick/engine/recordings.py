@@ -27,8 +27,10 @@ MEASURED = "measured: "
 class Term:
     """A change of a parameter, of the clock, or of an input, with one coefficient in units of `size`.
 
-    It is multiplied by `values` (n,). Random ones differ between runs by at most `widest`; their mean, or the
-    coefficient of a shared one, is `target` within `std`.
+    It is multiplied by `values` (n,). If it `is_factor`, the parameter changes by the exponential of that: where
+    parameters act in ratios alone, a change of all of them is then one of their means, at any scatter. Random
+    coefficients differ between runs by at most `widest`; their mean, or the coefficient of a shared one, is `target`
+    within `std`.
     """
 
     name: str
@@ -39,6 +41,12 @@ class Term:
     std: float
     widest: float = 0.0
     target: float = 0.0
+    is_factor: bool = False
+
+    def change(self, parameter: np.ndarray, value: np.ndarray | float) -> np.ndarray:
+        """Return a parameter (n, 1) with a coefficient, or with those (n,) of the runs."""
+        change = (self.values * value)[:, None]
+        return parameter * np.exp(change) if self.is_factor else parameter + self.size * change
 
     def take(self, rows: np.ndarray) -> "Term":
         """Return the term of the runs `rows`."""

@@ -143,10 +143,10 @@ class _Search:
 
     def _accept(self, better: Fit) -> None:
         """Take a fit with a further law, and search the groups again that read what it explains."""
-        better = temper(better, self.settings)
+        better = temper(better, self.settings).or_anew()
         for _ in range(_RENEWED):  # with the law, the part explains its signals, and shows their noise
             better = _renew([better], [better], self.settings)[0]
-        better = self._drop_redundant(better)
+        last, better = self.findings[-1], self._drop_redundant(better)
         # Other groups read its signals, or have candidates over them.
         others = list(self.fits.values())
         for before, after in zip(others, _renew(others, [better], self.settings), strict=True):
@@ -155,12 +155,14 @@ class _Search:
             self.fits[_name(after)] = after
         self.fits[_name(better)] = better
         self.candidates = self._list()
+        if last not in self.findings:  # or it would be found again
+            self.closed.add(_name(better))
         self.closed |= {group for group, each in self.fits.items()
                         if sum(finding.pair in each.laws for finding in self.findings) >= self.settings.most}
 
     def _drop_redundant(self, better: Fit) -> Fit:
-        """Return the fit without laws whose loss the last one makes good: these are findings no more."""
-        for finding in self.findings[:-1]:
+        """Return the fit without laws that gain too little beside the others now: these are findings no more."""
+        for finding in tuple(self.findings):
             if finding.pair not in better.laws:
                 continue
             laws = {pair: law for pair, law in better.laws.items() if pair != finding.pair}
@@ -242,7 +244,7 @@ def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:
 
     They have the noise of sensors that their residuals show.
     """
-    fits = [temper(fit_bare(group), settings) for group in recorded.groups()]
+    fits = [temper(fit_bare(group), settings).or_anew() for group in recorded.groups()]
     most = int(settings.most_outlying * len(recorded))
     for number in range(1 + _RENEWED):
         if number:  # bad runs have a share in the noise that the signals show

@@ -140,9 +140,10 @@ def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:
         nominal = next(part.parameters[term.place] for part in recorded.parts if term.place in part.parameters).mean()
         mean, error = fit.fitted.coefficients[place], np.sqrt(fit.fitted.covariance[place, place])
         is_beyond = abs(mean - term.target) > 3 * declared.within or scatter[place] > declared.scatter > 0
-        estimates.append(ParameterEstimate(
-            term.name, float(nominal + term.size * mean), float(term.size * error), float(term.size * scatter[place]),
-            bool(error < 0.7 * term.std), bool(is_beyond)))
+        estimated = float(nominal * np.exp(mean) if term.is_factor else nominal + term.size * mean)
+        size = abs(estimated) if term.is_factor else term.size
+        estimates.append(ParameterEstimate(term.name, estimated, float(size * error), float(size * scatter[place]),
+                                           bool(error < 0.7 * term.std), bool(is_beyond)))
     return tuple(estimates)
 
 

@@ -51,10 +51,11 @@ def as_tuple(values: Any) -> tuple[Any, ...]:
 class Parameter:
     """A constant of the equations in `unit`, which may scatter between runs.
 
-    Changes are in units of `scale`, by default the magnitude of the nominal value. `scatter` is the largest standard
-    deviation between runs, and `within` the standard deviation by which the mean over the runs is known, infinite
-    where it is calibrated. `value` is the nominal value where the bench states none; with `first_of` it is the first
-    value of that signal in each run.
+    It is its nominal value times a factor; with a `scale`, or a nominal value of 0, changes are additive in units of
+    that. `scatter` is the largest standard deviation of such a change, or of the logarithm of the factor, between runs,
+    and `within` that by which the mean over the runs is known, infinite where it is calibrated. `value` is the nominal
+    value where the bench states none; with `first_of` it is the first value of that signal in each run, to which
+    changes are added.
     """
 
     name: str

@@ -30,7 +30,7 @@ def record(is_free: bool) -> Recorded:
 
 
 def estimate_dry(fitted: Fit) -> float:
-    return float(1 + fitted.means[0])
+    return float(np.exp(fitted.means[0]))
 
 
 def test_a_slide_that_would_rest_is_drawn_along_and_its_friction_found() -> None:
