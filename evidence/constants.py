@@ -3,9 +3,9 @@
     python -m evidence.constants
 
 These are the settings, and all other numbers and grids that modules of the engine name. What is between 0.5 and 1, as a
-share or a correlation, has its distance from 1 halved and doubled. Rows of constants.csv are the constants that change
-an answer (findings, ties, what is unexplained or set aside). Jobs that are done are lines of
-var/evidence/constants.jsonl, so that a killed run goes on where it was.
+share or a correlation, has its distance from 1 halved and doubled. Rows of var/evidence/constants.csv are the constants
+that change an answer (findings, ties, what is unexplained or set aside). Jobs that are done are lines of a file beside
+it, so that a killed run goes on where it was.
 """
 
 import ast
@@ -16,7 +16,6 @@ import pkgutil
 from dataclasses import fields, replace
 from functools import partial
 from multiprocessing import get_context
-from pathlib import Path
 from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one core for each process; before numpy is imported
@@ -32,9 +31,9 @@ from evidence.tables import write_table
 from slipstick import engine
 from slipstick.engine.settings import EngineSettings
 
-TABLE = Path(__file__).with_name("constants.csv")
-CASES = ("other_machines", 2008), ("other_machines", 2012), ("other_machines", 2030), ("one_known_effect", 309)
-"""Two tanks with a tie, with a finding, and without an effect, and a clutch with a finding and a run set aside."""
+TABLE = WORK / "constants.csv"
+CASES = ("other_machines", 2008), ("other_machines", 2012), ("other_machines", 2030), ("nothing_missing", 312)
+"""Two tanks with a tie, with a finding, and without an effect, and a clutch without one, but with bad runs."""
 FACTORS = 0.5, 2.0
 SETTINGS = "settings"
 _COMPILED = "_LANES"

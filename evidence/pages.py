@@ -2,7 +2,7 @@
 
     python -m evidence.pages
 
-writes them between the marks of docs/study.md, docs/naming.md and README.md; a test compares them.
+writes them between the marks of docs/study.md, docs/naming.md and docs/engine.md; a test compares them.
 """
 
 import re
@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from evidence.rates import Rate
+from evidence.suites import OTHER_MACHINES
 from evidence.tables import read_rates
 from slipstick.studies.confidence import coefficients
 
@@ -61,6 +62,10 @@ def render_confidence() -> str:
     return f"    logit P = {constant:.2f} {' '.join(terms)}\n    s = min(max(lead, 0) / 5, 1)"
 
 
+def _read(of_engine: bool) -> list[Rate]:
+    return [rate for rate in read_rates(TABLE) if (rate.suite == OTHER_MACHINES) == of_engine]
+
+
 def _count(rate: Rate) -> str:
     return f"{rate.hits} of {rate.of} ({_bounds(rate)})"
 
@@ -72,7 +77,8 @@ def _bounds(rate: Rate | None) -> str:
 
 PARTS: dict[str, dict[str, Callable[[], str]]] = {
     "docs/study.md": {"rates": lambda: render_short_rates(read_rates(TABLE))},
-    "docs/naming.md": {"rates": lambda: render_rates(read_rates(TABLE)), "confidence": render_confidence},
+    "docs/naming.md": {"rates": lambda: render_rates(_read(of_engine=False)), "confidence": render_confidence},
+    "docs/engine.md": {"rates": lambda: render_rates(_read(of_engine=True))},
 }
 """Page, and the name of each mark with what is written there."""
 

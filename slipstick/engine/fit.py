@@ -97,7 +97,7 @@ class Fit:
         return fit(self.recorded, {**self.laws, **laws}, {**self.priors, **priors}, state or self.state,
                    self.fitted.variance, settled, needed)
 
-    def or_anew(self) -> "Fit":
+    def restart(self) -> "Fit":
         """Return the better one of this fit and of one in which all runs begin with the means of their parameters.
 
         Where something was missing, those of some runs may have been driven to another optimum, and the scatter with

@@ -143,7 +143,7 @@ class _Search:
 
     def _accept(self, better: Fit) -> None:
         """Take a fit with a further law, and search the groups again that read what it explains."""
-        better = temper(better, self.settings).or_anew()
+        better = temper(better, self.settings).restart()
         for _ in range(_RENEWED):  # with the law, the part explains its signals, and shows their noise
             better = _renew([better], [better], self.settings)[0]
         last, better = self.findings[-1], self._drop_redundant(better)
@@ -244,7 +244,7 @@ def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:
 
     They have the noise of sensors that their residuals show.
     """
-    fits = [temper(fit_bare(group), settings).or_anew() for group in recorded.groups()]
+    fits = [temper(fit_bare(group), settings).restart() for group in recorded.groups()]
     most = int(settings.most_outlying * len(recorded))
     for number in range(1 + _RENEWED):
         if number:  # bad runs have a share in the noise that the signals show
