@@ -244,7 +244,8 @@ def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:
 
     They have the noise of sensors that their residuals show.
     """
-    fits = [temper(fit_bare(group), settings).restart() for group in recorded.groups()]
+    fits = [temper(fit_bare(group), settings) for group in recorded.groups()]
+    fits = [each.restart() if any(part.temper > 1 for part in each.recorded.parts) else each for each in fits]
     most = int(settings.most_outlying * len(recorded))
     for number in range(1 + _RENEWED):
         if number:  # bad runs have a share in the noise that the signals show
