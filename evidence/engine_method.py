@@ -1,10 +1,8 @@
 """The engine as a method: other machines, and the clutch's blocks that are declared, without its closing piston."""
 
-import importlib.util
 import json
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 
 from evidence.answer import Answer, LawOfPair, NamedPair, Pair, block_of
 from evidence.generator.truth import Truth
@@ -15,7 +13,7 @@ from slipstick.engine.preparation import prepare
 from slipstick.engine.recordings import Recorded
 from slipstick.engine.selection import identify
 from slipstick.engine.settings import EngineSettings
-from slipstick.machine import Runs
+from slipstick.machine import Machine, open_machine, read_runs
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
 from slipstick.recordings import Recordings
@@ -56,20 +54,14 @@ def _is_declared(pair: Pair) -> bool:
     return block_of(pair) in BLOCKS or pair[0].endswith(" sensor")
 
 
-def load_machine(name: str) -> ModuleType:
-    """Return the module of a shipped machine, by its name in words."""
-    path = MACHINES / f"{name.replace(' ', '_')}.py"
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+def load_machine(name: str) -> Machine:
+    """Return a shipped machine, by its name in words."""
+    return open_machine(MACHINES / f"{name.replace(' ', '_')}.py")
 
 
 def _prepare_machine(described: Path, recorded: Path) -> Recorded:
     content = json.loads(described.read_text())
-    return prepare(load_machine(content["machine"]).MACHINE, Runs.open(recorded), content["values"])
+    return prepare(load_machine(content["machine"]), read_runs(recorded), content["values"])
 
 
 def _prepare_clutch(described: Path, recorded: Path) -> Recorded:

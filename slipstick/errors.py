@@ -51,6 +51,10 @@ class BadBench(SlipstickError):
     """A bench file cannot be used; the cause names the key and the line."""
 
 
+class BadMachine(SlipstickError):
+    """A file that declares a machine cannot be used; the cause names the line."""
+
+
 class BadTable(SlipstickError):
     """A table file is invalid."""
 

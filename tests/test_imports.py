@@ -81,7 +81,7 @@ MAY_IMPORT = {
                            "slipstick.plausibility.mismatch slipstick.recordings slipstick.table "
                            "slipstick.time_budget slipstick.uncertainty",
     # The engine knows no machine, and a machine no engine.
-    "slipstick.machine": "numpy scipy h5py slipstick.errors",
+    "slipstick.machine": "numpy scipy h5py slipstick.errors slipstick.storage.hdf5 slipstick.storage.shipped",
     "slipstick.engine": "numpy scipy numba slipstick.errors slipstick.machine slipstick.numerics",
     "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.numerics slipstick.bench slipstick.blocks "
                         "slipstick.engine.linear_model "

@@ -9,7 +9,9 @@ from slipstick.engine.measured_law import Law
 from slipstick.engine.trajectory import integrate, solve
 from slipstick.errors import InvalidValue
 from slipstick.machine.declaration import SENSOR, Machine, identifier_of
-from slipstick.machine.runs import Profile
+from slipstick.machine.experiments import Experiments
+from slipstick.machine.runs import Profile, Runs
+from slipstick.machine.runs_file import units_of
 from slipstick.machine.system import system_of
 from slipstick.machine.whole import compose
 
@@ -49,6 +51,33 @@ def simulate(machine: Machine, time: np.ndarray, commands: Mapping[str, Profile]
     return {name: outputs[:, place] for place, name in enumerate(block.signals)}
 
 
+def simulate_runs(machine: Machine, experiments: Experiments, values: Mapping[str, float] | None = None,
+                  laws: Sequence[Law] = (), seed: int | None = None) -> Runs:
+    """Return runs of experiments as they would be recorded, in a random order.
+
+    Parameters scatter between runs by half of what is declared at most, and sensors have their noise. Without a `seed`
+    there is neither, and the order is that of the experiments.
+    """
+    count, random = len(experiments), np.random.default_rng(seed)
+    values = {**{each.name: each.value for each in machine.parameters if each.value is not None}, **(values or {})}
+    if seed is not None:
+        experiments = experiments.take(random.permutation(count))
+    drawn: dict[str, float | np.ndarray] = {**values, **experiments.conditions}
+    for each in machine.parameters if seed is not None else ():
+        if each.scatter > 0 and each.name in values:
+            change = each.scatter / 2 * random.standard_normal(count)
+            nominal = values[each.name]
+            is_factor = each.scale is None and each.first_of is None and nominal != 0
+            drawn[each.name] = nominal * np.exp(change) if is_factor else nominal + (each.scale or 1.0) * change
+    signals = simulate(machine, experiments.time, experiments.commands, drawn, laws)
+    if seed is not None:
+        noise = {each.signal: each.noise for each in machine.sensors}
+        signals = {name: signal + noise[name] * random.standard_normal(signal.shape)
+                   for name, signal in signals.items()}
+    return Runs(experiments.time, signals, experiments.commands, experiments.conditions, {}, np.arange(float(count)),
+                units_of(machine), machine.name)
+
+
 def _value_of(machine: Machine, name: str, values: Mapping[str, float | np.ndarray]) -> float | np.ndarray:
     declared = {each.name: each.value for each in machine.parameters}
     value = values.get(name, declared.get(name))
@@ -72,15 +101,3 @@ def _evaluate(law: Law, commands: Mapping[str, Profile], values: Mapping[str, fl
         return law.at(np.reshape(values[on], (-1, 1)))
     raise InvalidValue(f"The law of '{law.pair[0]}' depends on '{on}', which the simulation does not have",
                        "Give it among the values, if it is constant in a run")
-
-
-def find_time(time: np.ndarray, signal: np.ndarray, level: float) -> np.ndarray:
-    """Return when signals (n, k) first cross a `level`, (n,) in s, linear between samples; NaN where they do not."""
-    above = signal >= level
-    crossed = above[:, 1:] != above[:, :-1]
-    first = np.argmax(crossed, axis=1)
-    rows = np.arange(len(signal))
-    before, after = signal[rows, first], signal[rows, first + 1]
-    share = (level - before) / np.where(after == before, 1.0, after - before)
-    at = time[first] + share * (time[first + 1] - time[first])
-    return np.where(crossed.any(axis=1), at, np.nan)

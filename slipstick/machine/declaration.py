@@ -33,6 +33,8 @@ Namespace = SimpleNamespace
 Rate = Callable[[Any, Any, Any, Any], Any]
 Start = Callable[[Any, Any, Any], Any]
 
+TAKEN = ("end", "largest", "smallest", "mean")
+"""What an output may be of a signal, where it is no time."""
 SENSOR = " sensor"
 """What the name of the quantity "error of a sensor" adds to the name of its signal."""
 
@@ -54,8 +56,8 @@ class Parameter:
     It is its nominal value times a factor; with a `scale`, or a nominal value of 0, changes are additive in units of
     that. `scatter` is the largest standard deviation of such a change, or of the logarithm of the factor, between runs,
     and `within` that by which the mean over the runs is known, infinite where it is calibrated. `value` is the nominal
-    value where the bench states none; with `first_of` it is the first value of that signal in each run, to which
-    changes are added.
+    value, where no other one is given; in recordings, with `first_of`, it is the first value of that signal in each
+    run, to which changes are added.
     """
 
     name: str
@@ -97,12 +99,17 @@ class Curve:
     knots: int = 8
 
 
+Corners = tuple[tuple[float, float], ...]
+"""Instants in s and values of a command, linear between them and constant beyond."""
+
+
 @dataclass(frozen=True)
 class Command:
-    """An input that is known exactly, as a function of time."""
+    """An input that is known exactly, as a function of time; `profiles` are those of the machine's own experiments."""
 
     name: str
     unit: str = ""
+    profiles: tuple[Corners, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -110,7 +117,8 @@ class Condition:
     """A constant of a run, in `unit`, that its protocol states.
 
     Its levels are off by errors with the relative standard deviation `within`, and each run by at most `scatter`.
-    `drifts` tells that the error may also change over the run order.
+    `drifts` tells that the error may also change over the run order. `levels` are those of the machine's own
+    experiments.
     """
 
     name: str
@@ -118,20 +126,41 @@ class Condition:
     within: float = 0.02
     scatter: float = 0.05
     drifts: bool = False
+    levels: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
 class Sensor:
-    """A measured signal; what its error may depend on is excluded by `without` where physics forbids it."""
+    """A measured signal; what its error may depend on is excluded by `without` where physics forbids it.
+
+    `noise` is the standard deviation of what simulated runs get; that of recordings is estimated.
+    """
 
     signal: str
     unit: str = ""
     without: tuple[str, ...] = ()
+    noise: float = 0.0
 
     @property
     def quantity(self) -> Quantity:
         """The error of the sensor: what it reads too much."""
         return Quantity(self.signal + SENSOR, self.unit, without=self.without)
+
+
+@dataclass(frozen=True)
+class Output:
+    """A number of each run, which tables, propagations and fits are about, in `unit`.
+
+    It is the time in s at which the signal `of` first rises `above` or falls `below` a level, if there is one, and else
+    what is to `take` of it: its value at the "end", or the "largest", the "smallest" or the "mean".
+    """
+
+    name: str
+    unit: str
+    of: str
+    above: float | None = None
+    below: float | None = None
+    take: str = "end"
 
 
 @dataclass(eq=False)
@@ -186,7 +215,9 @@ class Machine:
     """`blocks` with what drives them and what is measured of them; raises `InvalidValue` for what does not fit.
 
     `signals` are further signals within a run that laws may depend on, functions of the namespace of measured signals.
-    `inputs` are recorded channels that only equations and windows read.
+    `inputs` are recorded channels that only equations and windows read. The machine's own experiments are all
+    combinations of the profiles of its commands and the levels of its conditions; they take `duration` s with a sample
+    every `step` s, and `outputs` are numbers of each.
     """
 
     name: str
@@ -196,6 +227,9 @@ class Machine:
     conditions: tuple[Condition, ...] = ()
     signals: Mapping[str, Callable[[Any], Any]] = field(default_factory=dict)
     inputs: tuple[str, ...] = ()
+    duration: float = 0.0
+    step: float = 0.0
+    outputs: tuple[Output, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse names that collide, inputs that nobody gives, and blocks without equations."""
@@ -209,6 +243,18 @@ class Machine:
         require_names([*(each.name for each in self.parameters), *(each.name for each in self.conditions)],
                       "parameters and conditions")
         require_names([each.name for each in self.quantities], "quantities")
+        for output in self.outputs:
+            self._require_output(output)
+
+    def _require_output(self, output: Output) -> None:
+        place = f"The output '{output.name}' of the machine '{self.name}'"
+        if output.of not in (signals := [sensor.signal for sensor in self.sensors]):
+            raise InvalidValue(f"{place} is of '{output.of}', which no sensor measures",
+                               f"Name one of: {', '.join(signals)}")
+        if output.above is not None and output.below is not None:
+            raise InvalidValue(f"{place} has two levels", "Give `above` or `below`")
+        if output.take not in TAKEN:
+            raise InvalidValue(f"{place} is to take '{output.take}'", f"Give one of: {', '.join(TAKEN)}")
 
     def _require_block(self, block: Block, known: set[str]) -> None:
         place = f"The block '{block.name}' of the machine '{self.name}'"

@@ -2,9 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
-import h5py
 import numpy as np
 import scipy
 
@@ -53,7 +51,8 @@ class Runs:
     """n runs of a machine with k samples at `time` (k,) in s.
 
     `signals` (n, k) are measured, `commands` are profiles, `conditions` (n,) are stated. `channels` are further
-    recorded constants (n,) or signals (n, k), and `order` (n,) is the order of the runs, where it is known.
+    recorded constants (n,) or signals (n, k), and `order` (n,) is the order of the runs, where it is known. `units` are
+    those of all of them by name, as far as they are known, and `machine` is the name of the machine.
     """
 
     time: np.ndarray
@@ -62,6 +61,9 @@ class Runs:
     conditions: Mapping[str, np.ndarray] = field(default_factory=dict)
     channels: Mapping[str, np.ndarray] = field(default_factory=dict)
     order: np.ndarray | None = None
+    units: Mapping[str, str] = field(default_factory=dict)
+    machine: str = ""
+    description: str = ""
 
     def __len__(self) -> int:
         return len(next(iter(self.signals.values())))
@@ -79,16 +81,3 @@ class Runs:
     def step(self) -> float:
         """Sample time in s."""
         return float(self.time[-1] - self.time[0]) / (len(self.time) - 1)
-
-    @classmethod
-    def open(cls, path: Path) -> "Runs":
-        """Read the runs of an HDF5 file as `evidence` writes it."""
-        def values(group: str) -> dict[str, np.ndarray]:
-            return {name: np.asarray(file[group][name], float) for name in file.get(group, ())}
-
-        with h5py.File(path) as file:
-            commands = {name: Profile(np.asarray(corners["time"], float), np.asarray(corners["value"], float))
-                        for name, corners in file.get("commands", {}).items()}
-            order = np.asarray(file["order"], float) if "order" in file else None
-            return cls(np.asarray(file["time"], float), values("signals"), commands, values("conditions"),
-                       values("channels"), order)

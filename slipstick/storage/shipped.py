@@ -10,13 +10,14 @@ FOLDER = _INSTALLED if _INSTALLED.is_dir() else Path(__file__).parents[2] / "tab
 """The folder of the shipped files."""
 
 
-def file_of(name: Path | str, suffix: str) -> Path:
-    """The file that `name` means: the file at this path, or else, for a plain name, the shipped file of that name.
+def file_of(name: Path | str, suffix: str, folder: str = "") -> Path:
+    """The file that `name` means: the file at this path, or else, for a plain name, the shipped file of that name,
+    in a `folder` of the shipped ones.
 
     Where there is neither, `name` is returned as a path, whose reader says that it does not exist.
     """
     path = Path(name)
     if path.is_file() or path.parent != Path():
         return path
-    shipped = FOLDER / f"{path.name.removesuffix(suffix)}{suffix}"
+    shipped = FOLDER / folder / f"{path.name.removesuffix(suffix)}{suffix}"
     return shipped if shipped.is_file() else path

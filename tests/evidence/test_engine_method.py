@@ -60,7 +60,7 @@ def test_pairs_that_no_recording_tells_apart_are_right(leak: Entry) -> None:
 
 def test_declared_machines_have_the_quantities_of_all_hidden_effects() -> None:
     for name, pairs in PAIRS.items():
-        known = {quantity.name for quantity in load_machine(name).MACHINE.quantities}
+        known = {quantity.name for quantity in load_machine(name).quantities}
         assert {quantity for quantity, _ in pairs} <= known
 
 

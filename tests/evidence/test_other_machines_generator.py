@@ -257,7 +257,7 @@ def test_files_are_read_without_the_project(cases: dict[int, MachineCase], seed:
         assert set(file["signals"]) == set(MACHINES[case.machine].SIGNALS)
         for name, unit in MACHINES[case.machine].SIGNALS.items():
             signal = file["signals"][name]
-            assert (signal.attrs["unit"], signal.shape) == (unit, (n, len(time)))
+            assert (signal.attrs["units"], signal.shape) == (unit, (n, len(time)))
             assert np.isfinite(signal[:]).all()
         assert np.all(np.diff(command["time"][:], axis=1) > 0)
         assert command["value"].shape == command["time"].shape

@@ -33,10 +33,11 @@ def write_runs(path: Path, case: MachineCase, signals: dict[str, np.ndarray]) ->
     """Write the measured signals (n, k) with what is stated of the runs."""
     runs = case.runs
     with h5py.File(path, "w") as file:
+        file.attrs["runs_of"] = case.machine
         file.attrs["description"] = f"Simulated recordings of {len(runs.order)} runs of a machine: {case.machine}"
 
         def put(name: str, values: np.ndarray, unit: str, **storage: Any) -> None:
-            file.create_dataset(name, data=values, **storage).attrs["unit"] = unit
+            file.create_dataset(name, data=values, **storage).attrs["units"] = unit
 
         put("time", runs.time, "s")
         for name, unit in MACHINES[case.machine].SIGNALS.items():

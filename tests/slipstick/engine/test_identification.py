@@ -18,7 +18,7 @@ from slipstick.engine.priors import Prior
 from slipstick.engine.recordings import Recorded
 from slipstick.engine.selection import Identification, identify, settle
 from slipstick.engine.settings import EngineSettings
-from slipstick.engine.simulation import find_time, simulate
+from slipstick.engine.simulation import simulate
 from slipstick.engine.study import study
 from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Runs, Sensor
 from slipstick.machine.digest import digest
@@ -184,11 +184,6 @@ def test_the_extended_machine_simulates_with_its_laws() -> None:
     extended = result.simulate(TIME, runs.commands, {"start": start})["level"]
     off = [float(np.sqrt(np.mean((signal - runs.signals["level"]) ** 2))) for signal in (plain, extended)]
     assert off[1] < 0.7 * off[0]  # the scatter between runs is left
-
-
-def test_times_of_crossings_are_linear_between_samples() -> None:
-    signals = np.array([[0.0, 1.0, 3.0, 0.0], [0.0, 0.0, 1.0, 1.0], [5.0, 1.0, 1.0, 1.0]])
-    np.testing.assert_allclose(find_time(np.arange(4.0), signals, 2.0), [1.5, np.nan, 0.75])
 
 
 def test_the_whole_of_one_block_is_that_block() -> None:

@@ -3,7 +3,6 @@
 Parts are driven by their smooth inputs: the columns are then those of the trajectory that predicts.
 """
 
-import runpy
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -18,7 +17,7 @@ from slipstick.engine.preparation import prepare
 from slipstick.engine.products import expand
 from slipstick.engine.recordings import Pair, Part, Recorded, refine
 from slipstick.engine.simulation import simulate
-from slipstick.machine import Machine, Profile, Runs
+from slipstick.machine import Profile, Runs, open_machine
 
 TABLES = Path(__file__).parents[3] / "tables" / "machines"
 RUNS = 6
@@ -33,7 +32,7 @@ def drive(rng: np.random.Generator, end: float, low: float, high: float) -> dict
 @cache
 def record(name: str) -> Recorded:
     """The shipped machine with runs that it simulates itself, driven by smooth signals."""
-    machine: Machine = runpy.run_path(str(TABLES / f"{name}.py"))["MACHINE"]
+    machine = open_machine(TABLES / f"{name}.py")
     rng = np.random.default_rng(4)
     if name == "two_tanks":
         time, commands, stated = np.linspace(0, 60, 121), drive(rng, 60, 3, 9), {}

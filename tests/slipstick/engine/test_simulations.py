@@ -1,6 +1,5 @@
 """Whole machines against scipy, with laws, and what cannot be composed or simulated."""
 
-import runpy
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
@@ -12,12 +11,12 @@ from scipy.integrate import solve_ivp
 
 from slipstick.engine.bases import Kind, past
 from slipstick.engine.measured_law import Law
-from slipstick.engine.simulation import find_time, simulate
+from slipstick.engine.simulation import simulate
 from slipstick.errors import InvalidValue
-from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Sensor
+from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Sensor, open_machine
 from slipstick.machine.whole import compose, sort_blocks
 
-TANKS: Machine = runpy.run_path(str(Path(__file__).parents[3] / "tables" / "machines" / "two_tanks.py"))["MACHINE"]
+TANKS = open_machine(Path(__file__).parents[3] / "tables" / "machines" / "two_tanks.py")
 TIME = np.linspace(0, 80, 161)
 CORNERS, VOLTS = np.array([0.0, 20, 25, 50, 80]), np.array([[3.0, 9, 4, 8, 2], [8.0, 2, 6, 9, 9], [2.0, 2, 9, 9, 4]])
 COMMANDS = {"voltage": Profile(np.tile(CORNERS, (3, 1)), VOLTS)}
@@ -102,8 +101,8 @@ def test_errors_of_sensors_change_nothing_of_the_machine() -> None:
 
 
 def test_what_a_simulation_lacks_is_named() -> None:
-    with pytest.raises(InvalidValue, match="'start 2' of the machine 'two tanks' has no value"):
-        simulate(TANKS, TIME, COMMANDS, {"start 1": 0.3})
+    with pytest.raises(InvalidValue, match="'gain' of the machine 'plant' has no value"):
+        simulate(plant(passing("a", "command", parameters=(Parameter("gain"),))), TIME, {}, {})
     with pytest.raises(InvalidValue, match="The law of 'leak 2' depends on 'temperature'"):
         simulate(TANKS, TIME, COMMANDS, START, [law(("leak 2", "temperature"), KNOTS, LEAKS, "between")])
 
@@ -169,11 +168,3 @@ def test_a_block_of_several_signals_gives_them_in_the_whole() -> None:
     time = np.linspace(0, 4, 41)
     taken = simulate(plant(both), time, {"command": Profile(np.zeros((1, 1)), np.ones((1, 1)))}, {})
     np.testing.assert_allclose(taken["b"], 2 * taken["a"])
-
-
-@pytest.mark.parametrize(("signal", "expected"), [
-    ([0.0, 1.0, 3.0, 0.0], 1.5), ([3.0, 1.0, 3.0], 0.5), ([2.0, 0.0, 0.0], 0.0), ([0.0, 2.0, 0.0], 1.0),
-    ([0.0, 1.0, 1.9], np.nan), ([2.0, 2.0, 2.0], np.nan), ([0.0, 0.0, 4.0], 1.5)])
-def test_a_crossing_is_the_first_one_in_either_direction(signal: list[float], expected: float) -> None:
-    at = find_time(10 + np.arange(float(len(signal))), np.array([signal]), 2.0)
-    np.testing.assert_allclose(at, [10 + expected])

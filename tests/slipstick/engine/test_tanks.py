@@ -1,6 +1,5 @@
 """Identification on two tanks that scipy simulates, effects in few runs, and fits of parts together and apart."""
 
-import runpy
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -18,9 +17,9 @@ from slipstick.engine.linear_model import restricted_likelihood
 from slipstick.engine.preparation import prepare
 from slipstick.engine.selection import Identification, fit_bare, identify, settle
 from slipstick.engine.settings import EngineSettings
-from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Runs, Sensor
+from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Runs, Sensor, open_machine
 
-TANKS: Machine = runpy.run_path(str(Path(__file__).parents[3] / "tables" / "machines" / "two_tanks.py"))["MACHINE"]
+TANKS = open_machine(Path(__file__).parents[3] / "tables" / "machines" / "two_tanks.py")
 RUNS, TIME, NOISE = 30, np.linspace(0, 100, 201), 0.003
 CORNERS = np.array([0.0, 20, 25, 50, 55, 80, 100])
 CASES = {"none": (np.inf, 3), "most": (0.4, 3), "a tenth": (0.55, 3), "a sixth": (0.55, 5)}

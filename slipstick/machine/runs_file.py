@@ -1,0 +1,128 @@
+"""Recorded runs of a machine as an HDF5 file, which is read without trust: docs/your_files.md has its layout."""
+
+import hashlib
+import io
+from collections.abc import Mapping
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from slipstick.errors import BadRecording
+from slipstick.machine.declaration import Machine, identifier_of
+from slipstick.machine.runs import Profile, Runs
+from slipstick.storage.hdf5 import Source, reading, text
+
+MARK = "runs_of"
+"""Attribute of the file: the name of the machine."""
+_LARGEST = 1 << 30  # bytes of a dataset
+_GROUPS = "signals", "conditions", "channels"
+
+
+def write_runs(runs: Runs, machine: Machine | None = None) -> bytes:
+    """Return runs as the bytes of an HDF5 file, with the units that a `machine` declares, or that they have."""
+    units = {**runs.units, **(units_of(machine) if machine is not None else {})}
+    memory = io.BytesIO()
+    with h5py.File(memory, "w", libver=("earliest", "v110")) as file:
+        file.attrs[MARK] = text(runs.machine if machine is None else machine.name)
+        file.attrs["description"] = text(runs.description)
+
+        def put(path: str, values: np.ndarray, unit: str) -> None:
+            packed = {"compression": "gzip", "shuffle": True, "fletcher32": True} if np.ndim(values) > 1 else {}
+            file.create_dataset(path, data=np.asarray(values, "<f8"), **packed).attrs["units"] = text(unit or "1")
+
+        put("time", runs.time, "s")
+        for group in _GROUPS:
+            for name, values in getattr(runs, group).items():
+                put(f"{group}/{name}", values, units.get(name, ""))
+        for name, profile in runs.commands.items():
+            put(f"commands/{name}/time", profile.time, "s")
+            put(f"commands/{name}/value", profile.value, units.get(name, ""))
+        if runs.order is not None:
+            put("order", runs.order, "1")
+    return memory.getvalue()
+
+
+def read_runs(content: Path | bytes) -> Runs:
+    """Read an HDF5 file that `write_runs` wrote; raises `BadRecording`."""
+    with reading(content, BadRecording, _LARGEST) as source:
+        time = source.array("time", "f", (None,), "s")
+        if len(time) < 3 or not (np.diff(time) > 0).all():
+            raise BadRecording("The instants of the samples do not rise, or there are fewer than three",
+                               "Store `time` in s, rising")
+        units, groups = dict[str, str](), {group: dict[str, np.ndarray]() for group in _GROUPS}
+        count = None
+        for group in _GROUPS:
+            for name in _names(source, group):
+                path = f"{group}/{name}"
+                units[name] = source.attribute(path, "units")
+                is_signal = group == "signals" or (group == "channels" and len(source.shape(path)) > 1)
+                shape = (count, len(time)) if is_signal else (count,)
+                groups[group][name] = source.array(path, "f", shape, units[name])
+                count = len(groups[group][name])
+        if not groups["signals"]:
+            raise BadRecording("The runs have no signals", "Store at least one under `signals`")
+        commands = dict[str, Profile]()
+        for name in _names(source, "commands"):
+            path = f"commands/{name}"
+            units[name] = source.attribute(f"{path}/value", "units")
+            value = source.array(f"{path}/value", "f", (count, None), units[name])
+            commands[name] = Profile(source.array(f"{path}/time", "f", (count, value.shape[1]), "s"), value)
+        order = source.array("order", "fiu", (count,), "1").astype(float) if source.has("order") else None
+        runs = Runs(time, groups["signals"], commands, groups["conditions"], groups["channels"], order, units,
+                    source.attribute("", MARK), source.attribute("", "description"))
+    for name, values in _list_arrays(runs).items():
+        if not np.isfinite(values).all():
+            raise BadRecording(f"'{name}' has values that are not finite", "Leave out the runs in which they are")
+    return runs
+
+
+def units_of(machine: Machine) -> dict[str, str]:
+    """Return the units of what runs of a machine have, by name."""
+    return {**{each.name: each.unit for each in machine.commands},
+            **{each.name: each.unit for each in machine.conditions},
+            **{each.signal: each.unit for each in machine.sensors}}
+
+
+def require_runs(machine: Machine, runs: Runs) -> Runs:
+    """Return runs, of which all that equations of the machine read are there; raises `BadRecording`."""
+    for kind, names, given in (("signal", [each.signal for each in machine.sensors], runs.signals),
+                               ("command", [each.name for each in machine.commands], runs.commands),
+                               ("condition", [each.name for each in machine.conditions], runs.conditions),
+                               ("channel", machine.inputs, runs.channels)):
+        missing = [name for name in names if name not in given]
+        if missing:
+            raise BadRecording(f"The runs lack the {kind} '{missing[0]}' of the machine '{machine.name}'",
+                               f"They have: {', '.join(given) or 'none'}. Map the {kind}, or declare the machine "
+                               "without it")
+    for name, unit in units_of(machine).items():
+        stored = runs.units.get(name, unit)
+        if (stored or "1") != (unit or "1"):
+            raise BadRecording(f"'{name}' is in '{stored}' in the runs, and in '{unit}' in the machine "
+                               f"'{machine.name}'", "Import the runs again with this machine, or declare this unit")
+    return runs
+
+
+def digest_of(runs: Runs) -> str:
+    """Return the SHA-256 of what was recorded, whatever it is called and described."""
+    hashed = hashlib.sha256(np.ascontiguousarray(runs.time, "<f8").tobytes())
+    for name, values in _list_arrays(runs).items():
+        hashed.update(f"{name} [{runs.units.get(name, '')}] {values.shape};".encode())
+        hashed.update(np.ascontiguousarray(values, "<f8").tobytes())
+    return hashed.hexdigest()
+
+
+def _list_arrays(runs: Runs) -> dict[str, np.ndarray]:
+    groups: Mapping[str, Mapping[str, np.ndarray]] = {group: getattr(runs, group) for group in _GROUPS}
+    commands = {f"commands/{name} {what}": getattr(profile, what) for name, profile in sorted(runs.commands.items())
+                for what in ("time", "value")}
+    return {**{f"{group}/{name}": values[name] for group, values in groups.items() for name in sorted(values)},
+            **commands, **({} if runs.order is None else {"order": runs.order})}
+
+
+def _names(source: Source, group: str) -> list[str]:
+    names = sorted(source.group(group)) if source.has(group) else []
+    for name in names:
+        if not identifier_of(name).isidentifier():
+            raise BadRecording(f"'{name[:60]}' cannot be the name of a signal", "Begin with a letter")
+    return names

@@ -1,0 +1,118 @@
+"""Files of machines and of runs, and the experiments that a machine declares."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from slipstick.engine.simulation import simulate_runs
+from slipstick.errors import BadMachine, BadRecording, InvalidValue, UnknownName
+from slipstick.machine import (
+    Command,
+    Output,
+    digest_of,
+    evaluate_output,
+    list_experiments,
+    open_machine,
+    read_runs,
+    require_runs,
+    write_runs,
+)
+from slipstick.machine.experiments import find_time
+
+
+@pytest.mark.parametrize("name", ["dc_motor", "two_tanks"])
+def test_the_experiments_of_a_shipped_machine_are_recorded_and_read_back(name: str, tmp_path: Path) -> None:
+    machine = open_machine(name)
+    runs = simulate_runs(machine, list_experiments(machine), seed=3)
+    path = tmp_path / "runs.h5"
+    path.write_bytes(write_runs(runs, machine))
+    again = require_runs(machine, read_runs(path))
+    assert digest_of(again) == digest_of(runs)
+    assert (again.machine, again.units) == (machine.name, runs.units)
+    for output in machine.outputs:
+        assert np.isfinite(evaluate_output(output, runs.time, runs.signals)).all(), output.name
+
+
+def test_experiments_combine_profiles_and_levels_and_scatter_only_with_a_seed() -> None:
+    machine = open_machine("dc_motor")
+    experiments = list_experiments(machine)
+    pairs = set(zip(experiments.numbers["voltage"], experiments.conditions["load torque"], strict=True))
+    assert len(pairs) == len(experiments) == 9
+    bare, again = simulate_runs(machine, experiments), simulate_runs(machine, experiments)
+    np.testing.assert_array_equal(bare.signals["speed"], again.signals["speed"])
+    assert np.abs(simulate_runs(machine, experiments, seed=1).signals["speed"] - bare.signals["speed"]).max() > 1
+
+
+@pytest.mark.parametrize(("change", "cause"), [
+    ({"duration": 0.0}, "no duration"), ({"step": 3.0}, "at most half"),
+    ({"commands": (Command("voltage", "V"),)}, "'voltage' has no profile")])
+def test_a_machine_without_experiments_says_what_is_missing(change: dict[str, object], cause: str) -> None:
+    with pytest.raises(InvalidValue, match=cause):
+        list_experiments(replace(open_machine("dc_motor"), **change))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("output", "cause"), [
+    (Output("a", "s", of="torque"), "no sensor measures"), (Output("a", "s", "speed", 1.0, 2.0), "two levels"),
+    (Output("a", "s", "speed", take="median"), "'median'")])
+def test_an_output_that_cannot_be_computed_is_refused(output: Output, cause: str) -> None:
+    with pytest.raises(InvalidValue, match=cause):
+        replace(open_machine("dc_motor"), outputs=(output,))
+
+
+@pytest.mark.parametrize(("signal", "rising", "expected"), [
+    ([0.0, 1.0, 3.0, 0.0], True, 1.5), ([3.0, 1.0, 3.0], True, 1.5), ([3.0, 1.0, 3.0], False, 0.5),
+    ([0.0, 1.0, 1.9], True, np.nan), ([2.0, 2.0, 2.0], True, np.nan)])
+def test_times_are_those_of_the_first_crossing_in_a_direction(signal: list[float], rising: bool,
+                                                              expected: float) -> None:
+    at = find_time(10 + np.arange(float(len(signal))), np.array([signal]), 2.0, rising)
+    np.testing.assert_allclose(at, [10 + expected])
+
+
+@pytest.mark.parametrize(("text", "cause"), [
+    ("x = 1", "declares no MACHINE"), ("x = 1\nx +", "line 2: invalid syntax"), ("\n\n1 / 0", "line 3: ZeroDivision"),
+    ("from slipstick.machine import Machine\nMACHINE = Machine('a b', (), ())\nMACHINE.quantity('x')", "line 3")])
+def test_a_file_that_declares_no_machine_is_refused_with_its_line(tmp_path: Path, text: str, cause: str) -> None:
+    path = tmp_path / "mine.py"
+    path.write_text(text)
+    with pytest.raises(BadMachine, match=f"mine.py.*{cause}"):
+        open_machine(path)
+
+
+def test_a_machine_that_does_not_exist_is_answered_with_those_that_do(tmp_path: Path) -> None:
+    with pytest.raises(UnknownName, match="two_tanks"):
+        open_machine(tmp_path / "two_tank.py")
+
+
+def test_a_file_of_a_machine_may_import_its_neighbours(tmp_path: Path) -> None:
+    (tmp_path / "numbers_of_mine.py").write_text("GAIN = 2.0\n")
+    (tmp_path / "mine.py").write_text(
+        "import numbers_of_mine\nfrom slipstick.machine import *\nfrom slipstick.machine import Machine\n"
+        "b = Block('b', gives='y', reads=('c',), output_function=lambda x, u, q, p: numbers_of_mine.GAIN * u.c)\n"
+        "MACHINE = Machine('gain', (b,), (Sensor('y'),), (Command('c', profiles=(((0, 0), (1, 1)),)),),"
+        " duration=1.0, step=0.25)\n")
+    machine = open_machine(tmp_path / "mine.py")
+    runs = simulate_runs(machine, list_experiments(machine))
+    np.testing.assert_allclose(runs.signals["y"], [[0, 0.5, 1, 1.5, 2]])
+
+
+def test_runs_that_are_not_of_a_machine_are_refused(tmp_path: Path) -> None:
+    machine = open_machine("dc_motor")
+    runs = simulate_runs(machine, list_experiments(machine))
+    with pytest.raises(BadRecording, match="lack the signal 'speed'"):
+        require_runs(machine, replace(runs, signals={"current": runs.signals["current"]}))
+    with pytest.raises(BadRecording, match="'speed' is in 'rpm'"):
+        require_runs(machine, replace(runs, units={**runs.units, "speed": "rpm"}))
+
+
+@pytest.mark.parametrize("damage", ["time", "signals/speed", "commands/voltage/value"])
+def test_damaged_runs_are_refused(damage: str, tmp_path: Path) -> None:
+    machine = open_machine("dc_motor")
+    path = tmp_path / "runs.h5"
+    path.write_bytes(write_runs(simulate_runs(machine, list_experiments(machine)), machine))
+    with h5py.File(path, "r+") as file:
+        file[damage][...] = np.nan
+    with pytest.raises(BadRecording):
+        read_runs(path)
