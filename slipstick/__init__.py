@@ -18,6 +18,7 @@ __version__ = "0.1.0"
 
 _PUBLIC = {
     "Bench": "bench", "Recordings": "recordings", "BlackBox": "black_box", "Table": "table",
+    "Machine": "machine", "Runs": "machine",
     "simulate": "interface.simulate", "build": "interface.build", "calibrate": "interface.calibrate",
     "propagate": "interface.propagate", "likelihood": "interface.likelihood", "fit": "interface.fit",
     "study": "interface.study", "open_result": "interface.results"}
@@ -25,7 +26,9 @@ _PUBLIC = {
 __all__ = [
     "Bench",
     "BlackBox",
+    "Machine",
     "Recordings",
+    "Runs",
     "Table",
     "build",
     "calibrate",
@@ -48,6 +51,7 @@ if TYPE_CHECKING:
     from slipstick.interface.results import open_result
     from slipstick.interface.simulate import simulate
     from slipstick.interface.study import study
+    from slipstick.machine import Machine, Runs
     from slipstick.recordings import Recordings
     from slipstick.table import Table
 

@@ -56,6 +56,8 @@ MAY_IMPORT = {
                           "slipstick.uncertainty.chaos",
     "slipstick.plausibility": "numpy slipstick.bench slipstick.clutch slipstick.pictures "
                               "slipstick.recordings.signals",
+    "slipstick.plausibility.machine": "numpy slipstick.engine slipstick.errors slipstick.machine "
+                                      "slipstick.plausibility.finding",
     "slipstick.plausibility.mismatch": "numpy slipstick.errors slipstick.bench slipstick.blocks.load slipstick.clutch "
                                        "slipstick.recordings",
     "slipstick.table.physical_values": "slipstick.table",
@@ -81,8 +83,10 @@ MAY_IMPORT = {
                            "slipstick.plausibility.mismatch slipstick.recordings slipstick.table "
                            "slipstick.time_budget slipstick.uncertainty",
     # The engine knows no machine, and a machine no engine.
-    "slipstick.machine": "numpy scipy h5py slipstick.errors slipstick.storage.hdf5 slipstick.storage.shipped",
+    "slipstick.machine": "numpy scipy h5py slipstick.errors slipstick.storage.files slipstick.storage.hdf5 "
+                         "slipstick.storage.shipped",
     "slipstick.engine": "numpy scipy numba slipstick.errors slipstick.machine slipstick.numerics",
+    "slipstick.machine_studies": "numpy slipstick.engine slipstick.machine slipstick.studies slipstick.time_budget",
     "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.numerics slipstick.bench slipstick.blocks "
                         "slipstick.engine.linear_model "
                         "slipstick.clutch slipstick.recordings",
@@ -93,12 +97,16 @@ MAY_IMPORT = {
                        "slipstick.confirmation slipstick.naming slipstick.plausibility.mismatch slipstick.recordings "
                        "slipstick.time_budget",
     "slipstick.pictures": "numpy scipy vl_convert slipstick.errors slipstick.uncertainty",
+    "slipstick.pictures.machine": "slipstick.machine slipstick.pictures",
+    "slipstick.pictures.machine_study": "slipstick.machine_studies slipstick.pictures",
     "slipstick.pictures.study": "scipy slipstick.clutch.effects slipstick.pictures slipstick.recordings.signals "
                                 "slipstick.studies",
     "slipstick.report": "numpy slipstick.__version__ slipstick.pictures slipstick.recordings slipstick.time_budget",
     "slipstick.report.calibration": "slipstick.bench slipstick.calibration slipstick.recordings.signals",
     "slipstick.report.imported": "slipstick.__version__ slipstick.acquisition slipstick.bench slipstick.pictures "
                                  "slipstick.recordings.signals slipstick.report",
+    "slipstick.report.machine_study": "slipstick.machine_studies slipstick.pictures slipstick.report "
+                                      "slipstick.studies.record",
     "slipstick.report.made": "slipstick.errors slipstick.pictures slipstick.report",
     "slipstick.report.study": "numpy slipstick.clutch.effects slipstick.pictures slipstick.recordings "
                               "slipstick.report slipstick.studies",

@@ -22,7 +22,8 @@ GROUPS = {
         "demo": "show tables, fits, a study and the pages of the service on shipped recordings, within two minutes",
         "study": "identify the physical effect that recordings show and the model lacks, and measure the improvement",
         "import": "make recordings of the files of a data-acquisition system (MDF, MATLAB, CSV, Parquet), by a mapping",
-        "bench": "write a template of a bench file (`new`), or check one and show what the bench does (`check`)"},
+        "bench": "write a template of a bench file (`new`), or check one and show what the bench does (`check`)",
+        "machine": "write a template of any other machine (`new`), or check one and show what it does (`check`)"},
     "tables": {
         "build": "simulate a table of shifting times on a grid; the same command resumes a build that was interrupted",
         "surrogate": "train a neural-network table over any number of parameters on simulations at random points",

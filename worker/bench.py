@@ -1,6 +1,7 @@
 """`bench`: write a template of a bench file, or check a bench file and show what the bench does."""
 
 import argparse
+from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import Literal
@@ -10,13 +11,14 @@ from slipstick.clutch.ensemble import STATUS
 from slipstick.errors import InvalidValue
 from slipstick.interface.files import write
 from slipstick.pictures.rendering import render
-from slipstick.plausibility import Inspection, inspect
+from slipstick.plausibility import Finding, Inspection, inspect
 from slipstick.plausibility.picture import picture
 
 from .bench_option import bench_file
 from .program import command_line
 
-_FORMS: dict[str, Literal["svg", "png"]] = {".svg": "svg", ".png": "png"}
+FORMS: dict[str, Literal["svg", "png"]] = {".svg": "svg", ".png": "png"}
+"""Suffix of a picture -> its form."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,30 +36,34 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the action; status 1 also if nothing locks."""
-    return _write_template(arguments.file) if arguments.action == "new" else _check(arguments.file, arguments.picture)
+    if arguments.action == "check":
+        return _check(arguments.file, arguments.picture)
+    path = arguments.file
+    write_template(path, (files("slipstick.bench") / "template.toml").read_bytes())
+    print(f"Wrote {path}\nReplace its values by those of your bench, then: {command_line('bench', 'check', path)}")
+    return 0
 
 
-def _write_template(path: Path) -> int:
+def write_template(path: Path, content: bytes) -> None:
+    """Write a template; raises `InvalidValue` where there is a file of this name."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("xb") as file:
-            file.write((files("slipstick.bench") / "template.toml").read_bytes())
+            file.write(content)
     except FileExistsError:
         raise InvalidValue(f"'{path}' already exists", "Choose another name, or remove the file") from None
-    print(f"Wrote {path}\nReplace its values by those of your bench, then: {command_line('bench', 'check', path)}")
-    return 0
 
 
 def _check(path: Path, out: Path | None) -> int:
     if out is not None:
         out = path.with_suffix(".svg") if out == Path() else out
-        if out.suffix not in _FORMS:
+        if out.suffix not in FORMS:
             raise InvalidValue(f"'{out}' is neither .svg nor .png", "Give a file name that ends with .svg or .png")
     inspection = inspect(Bench.open(path))
     print(report(inspection))
     if out is not None:
         condition = inspection.behaviour.nearest_to(0.5)
-        write(out, render(picture(inspection.bench, condition), _FORMS[out.suffix]))
+        write(out, render(picture(inspection.bench, condition), FORMS[out.suffix]))
         print(f"Wrote {out}: condition {condition}")
     return 0 if inspection.behaviour.locked.any() else 1
 
@@ -74,10 +80,15 @@ def report(inspection: Inspection) -> str:
             f"{name} {1e3 * behaviour.shifting_time[row]:.1f} ms (condition {row})" for name, row in marks.items()))
     else:
         lines.append("No engagement locks: the bench cannot be used")
-    if not inspection.findings:
-        return "\n".join([*lines, "Nothing implausible was found."])
-    lines.append(f"Implausible: {len(inspection.findings)}")
-    for number, finding in enumerate(inspection.findings, 1):
+    return "\n".join([*lines, *list_findings(inspection.findings)])
+
+
+def list_findings(findings: Sequence[Finding]) -> list[str]:
+    """What is implausible, as lines."""
+    if not findings:
+        return ["Nothing implausible was found."]
+    lines = [f"Implausible: {len(findings)}"]
+    for number, finding in enumerate(findings, 1):
         lines += [f"{number}. {finding.key}: {finding.what}.", f"   Why it matters: {finding.why}.",
                   f"   What to do: {finding.remedy}."]
-    return "\n".join(lines)
+    return lines

@@ -22,6 +22,13 @@ def add_bench_argument(parser: argparse.ArgumentParser) -> None:
                              "%(default)s)")
 
 
+def add_machine_argument(parser: argparse.ArgumentParser) -> None:
+    """Add the option `--machine`, in the place of a bench."""
+    parser.add_argument("--machine", type=Path, metavar="FILE.py",
+                        help="instead of a bench, the Python file that declares a machine (see `machine new`), or the "
+                             "name of a shipped one, such as dc_motor; it is run")
+
+
 def bench_file(text: str) -> Path:
     """The file that the option names: at this path, or for a name in the folder of tables, or a shipped one."""
     path = Path(text)

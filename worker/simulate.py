@@ -6,16 +6,20 @@ from pathlib import Path
 
 from slipstick.errors import BadRecording, InvalidValue
 from slipstick.interface.simulate import simulate
+from slipstick.machine import Machine, Runs, holds_runs
 from slipstick.recordings import Recordings
 from slipstick.recordings.simulated import SIMULATED
 
-from .bench_option import add_simulated_arguments, open_simulated
+from .bench_option import add_machine_argument, add_simulated_arguments, open_simulated
 from .program import command_line
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     add_simulated_arguments(parser)
+    add_machine_argument(parser)
+    parser.add_argument("--runs", type=int, metavar="N", help="number of runs of a machine, each experiment that it "
+                        "declares in turn (default: all of them once)")
     parser.add_argument("--effect", action="append", default=[], metavar="NAME[=MULTIPLE]",
                         help="an effect of the catalogue to add, at its typical coefficients or a multiple of its "
                              "typical amplitudes; repeat the option for several")
@@ -35,6 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Simulate, write the recordings, and say how to study them."""
     _require_output(arguments.out)
+    if arguments.machine is not None:
+        return _simulate_machine(arguments)
     bench, model, conditions = open_simulated(arguments)
     recordings = simulate(bench, _effects(arguments.effect), model=model, conditions=conditions,
                           engagements=arguments.engagements, scatter=arguments.scatter, noise=arguments.noise,
@@ -43,6 +49,19 @@ def run(arguments: argparse.Namespace) -> int:
     times = recordings.measured_time
     print(f"Wrote {arguments.out}: {len(times)} engagements with shifting times of {times.min():.3f} to "
           f"{times.max():.3f} s\nStudy them: {command_line('study', arguments.out, '--bench', arguments.bench)}")
+    return 0
+
+
+def _simulate_machine(arguments: argparse.Namespace) -> int:
+    """Simulate the experiments that a machine declares."""
+    for name in ("effect", "model", "conditions", "engagements"):
+        if getattr(arguments, name):
+            raise InvalidValue(f"--{name} is about a bench, not about a declared machine", "Leave it out")
+    machine = Machine.open(arguments.machine)
+    runs = simulate(machine, runs=arguments.runs, seed=arguments.seed)
+    runs.save(arguments.out)
+    print(f"Wrote {arguments.out}: {len(runs)} runs of the machine “{machine.name}” of {machine.duration:g} s\n"
+          f"Study them: {command_line('study', arguments.out, '--machine', arguments.machine)}")
     return 0
 
 
@@ -68,6 +87,8 @@ def _require_output(path: Path) -> None:
 
 def _is_simulated(path: Path) -> bool:
     try:
+        if holds_runs(path):
+            return Runs.open(path).description.startswith(SIMULATED)
         return Recordings.open(path).description.startswith(SIMULATED)
     except BadRecording:
         return False

@@ -3,19 +3,21 @@
 import argparse
 import json
 from pathlib import Path
+from typing import Any
 
 from slipstick.bench import Bench
 from slipstick.errors import InvalidValue
 from slipstick.interface.files import require_html, require_suffix, write
 from slipstick.interface.progress import ProgressLine
 from slipstick.interface.study import study
+from slipstick.machine import Machine, Runs
 from slipstick.studies import StudySettings
 from slipstick.time_budget import TimeBudgetEnded
 
-from .bench_option import add_bench_argument, open_recordings
+from .bench_option import add_bench_argument, add_machine_argument, open_recordings
 from .orders import add_time_budget_argument
 from .program import command_line
-from .study_text import study_text
+from .study_text import machine_study_text, study_text
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,6 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--signals", type=Path, metavar="FILE",
                         help="the CSV file of the signals, if RECORDINGS is a CSV file")
     add_bench_argument(parser)
+    add_machine_argument(parser)
     parser.add_argument("--settings", type=Path, metavar="FILE.json",
                         help='JSON file with the study settings to change, such as {"level": 0.95}')
     add_time_budget_argument(parser)
@@ -44,6 +47,8 @@ def run(arguments: argparse.Namespace) -> int:
         require_html(arguments.report)
     if arguments.laws is not None and arguments.laws.exists() and not arguments.laws.is_dir():
         raise InvalidValue(f"'{arguments.laws}' is a file", "Give --laws the name of a folder")
+    if arguments.machine is not None:
+        return _study_machine(arguments)
     settings = read_settings(arguments.settings) if arguments.settings else StudySettings()
     bench = Bench.open(arguments.bench)
     recordings = open_recordings(bench, arguments.recordings, arguments.signals)
@@ -71,11 +76,40 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _study_machine(arguments: argparse.Namespace) -> int:
+    """Study the runs of a declared machine, and do the same with the result."""
+    for name in ("signals", "extended", "laws"):
+        if getattr(arguments, name) is not None:
+            raise InvalidValue(f"--{name} is about a bench, not about a declared machine", "Leave it out")
+    settings = read_json(arguments.settings) if arguments.settings else {}
+    with ProgressLine(log=True) as line:
+        output = study(Machine.open(arguments.machine), Runs.open(arguments.recordings), settings=settings,
+                       budget=arguments.time_budget, progress=line.step, name=arguments.recordings.stem)
+    print(machine_study_text(output.result))
+    written = [*([output.save(arguments.out)] if arguments.out else []),
+               *([output.report(arguments.report)] if arguments.report else []),
+               ]
+    if written:
+        print(f"\nWrote {', '.join(map(str, written))}")
+    return 0
+
+
 def read_settings(path: Path) -> StudySettings:
     """Read settings from a JSON file; raises `InvalidValue`, `UnknownName`."""
     try:
-        content = json.loads(path.read_text())
-        return StudySettings.from_dict(content)
-    except (OSError, ValueError, TypeError, AttributeError) as error:
-        raise InvalidValue(f"Cannot read study settings from '{path}' ({type(error).__name__}: {error})",
-                           'Give a JSON object, such as {"level": 0.95, "seed": 2}') from error
+        return StudySettings.from_dict(read_json(path))
+    except (TypeError, AttributeError) as error:
+        raise _unreadable(path, error) from error
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Read a JSON object; raises `InvalidValue`."""
+    try:
+        return dict(json.loads(path.read_text()))
+    except (OSError, ValueError, TypeError) as error:
+        raise _unreadable(path, error) from error
+
+
+def _unreadable(path: Path, error: Exception) -> InvalidValue:
+    return InvalidValue(f"Cannot read study settings from '{path}' ({type(error).__name__}: {error})",
+                        'Give a JSON object, such as {"level": 0.95, "seed": 2}')

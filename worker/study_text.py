@@ -3,6 +3,8 @@
 import textwrap
 from collections.abc import Collection, Iterable, Sequence
 
+from slipstick.machine_studies import MachineStudyResult
+from slipstick.report import machine_study
 from slipstick.report.shell import SIGN
 from slipstick.report.study import content, parts
 from slipstick.report.study.simulation import lead
@@ -17,8 +19,17 @@ _WIDTH = 110
 def study_text(result: StudyResult, figures: Figures, settings: StudySettings) -> str:
     """Warnings, the answer, what it means, the findings with their evidence, the blocks, the gap and limitations."""
     sections = [*content.evidence(result, settings, ()), *content.background(result, figures)]
-    texts = [_section(parts.Section("Warnings", [parts.Items(warnings(result, figures.aside))])),
-             _paragraph(f"{result.sentence}."), _paragraph(SIGN), _paragraph(lead(result, settings)),
+    return _join(warnings(result, figures.aside), [f"{result.sentence}.", SIGN, lead(result, settings)], sections)
+
+
+def machine_study_text(result: MachineStudyResult) -> str:
+    """The same of a declared machine."""
+    return _join(machine_study.warnings(result), [f"{result.sentence}.", machine_study.lead(result)],
+                 machine_study.sections(result, ()))
+
+
+def _join(warned: parts.Entries, paragraphs: Sequence[str], sections: Sequence[parts.Section]) -> str:
+    texts = [_section(parts.Section("Warnings", [parts.Items(warned)])), *map(_paragraph, paragraphs),
              *map(_section, sections)]
     return "\n\n".join(text for text in texts if text)
 

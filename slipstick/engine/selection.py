@@ -63,6 +63,7 @@ class Identification:
 def identify(recorded: Recorded, settings: EngineSettings | None = None, log: Log = lambda _: None) -> Identification:
     """Find the laws that recordings ask for, in all parts."""
     began, settings = time.perf_counter(), settings or EngineSettings()
+    log("Fitting the parameters of the blocks")
     bare = settle(recorded, settings)
     search = _Search(settings, log, {_name(each): each for each in bare})
     while search.step():
@@ -193,7 +194,8 @@ class _Search:
                 self._screened[key] = screen(self._base(groups), candidates)
             screened += self._screened[key]
         screened.sort(key=lambda each: -each.nats)
-        self.log("screened " + ", ".join(f"{each.candidate.pair} {each.nats:.1f}" for each in screened[:5]))
+        best = ", ".join(f"{' over '.join(each.candidate.pair)} {each.nats:.1f}" for each in screened[:5])
+        self.log(f"Compared {len(screened)} laws; gains in nats: {best or 'none'}")
         return screened
 
     def _base(self, groups: tuple[Group, ...]) -> Fit:
@@ -224,8 +226,8 @@ class _Search:
         pair = candidate.pair
         gains, expected = hold_out(full.fitted) - hold_out(base.fitted), expect(full, candidate)
         finding = Finding(pair, full.evidence - base.evidence, agree(gains, expected), (), gains)
-        self.log(f"full {pair} {finding.nats:.1f} errors {finding.errors:.1f} held out {gains.sum():.1f} "
-                 f"{full.priors[pair]} {'' if full.converged else 'not converged'}")
+        self.log(f"Fitted {' over '.join(pair)}: {finding.nats:.1f} nats, {finding.errors:.1f} standard errors"
+                 + ", not converged" * (not full.converged))
         return _Trial(finding, full, base, groups, expected)
 
     def _is_enough(self, trial: _Trial) -> bool:

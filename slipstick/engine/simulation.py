@@ -15,9 +15,12 @@ from slipstick.machine.runs_file import units_of
 from slipstick.machine.system import system_of
 from slipstick.machine.whole import compose
 
+FINE = 4
+"""Steps of an integration between two samples."""
+
 
 def simulate(machine: Machine, time: np.ndarray, commands: Mapping[str, Profile],
-             values: Mapping[str, float | np.ndarray], laws: Sequence[Law] = (), fine: int = 4) -> dict[str,
+             values: Mapping[str, float | np.ndarray], laws: Sequence[Law] = (), fine: int = FINE) -> dict[str,
              np.ndarray]:
     """Return the signals (n, k) of a machine at equidistant instants `time` (k,) in s, for n runs.
 
@@ -52,7 +55,7 @@ def simulate(machine: Machine, time: np.ndarray, commands: Mapping[str, Profile]
 
 
 def simulate_runs(machine: Machine, experiments: Experiments, values: Mapping[str, float] | None = None,
-                  laws: Sequence[Law] = (), seed: int | None = None) -> Runs:
+                  laws: Sequence[Law] = (), seed: int | None = None, fine: int = FINE) -> Runs:
     """Return runs of experiments as they would be recorded, in a random order.
 
     Parameters scatter between runs by half of what is declared at most, and sensors have their noise. Without a `seed`
@@ -69,13 +72,13 @@ def simulate_runs(machine: Machine, experiments: Experiments, values: Mapping[st
             nominal = values[each.name]
             is_factor = each.scale is None and each.first_of is None and nominal != 0
             drawn[each.name] = nominal * np.exp(change) if is_factor else nominal + (each.scale or 1.0) * change
-    signals = simulate(machine, experiments.time, experiments.commands, drawn, laws)
+    signals = simulate(machine, experiments.time, experiments.commands, drawn, laws, fine)
     if seed is not None:
         noise = {each.signal: each.noise for each in machine.sensors}
         signals = {name: signal + noise[name] * random.standard_normal(signal.shape)
                    for name, signal in signals.items()}
     return Runs(experiments.time, signals, experiments.commands, experiments.conditions, {}, np.arange(float(count)),
-                units_of(machine), machine.name)
+                units_of(machine), machine.name, "Simulated recordings of the machine as it is declared")
 
 
 def _value_of(machine: Machine, name: str, values: Mapping[str, float | np.ndarray]) -> float | np.ndarray:

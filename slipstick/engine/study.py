@@ -6,7 +6,7 @@ told by runs that it was not fitted to: their coefficients are those of all othe
 """
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -52,7 +52,8 @@ class Gap:
 class Confirmation:
     """The simulation of the whole machine with the laws: `nats` more in log marginal likelihood, `errors` of agreement.
 
-    `law` is the last finding's by this fit; `gap` is closed by all findings, `control_gap` by the law `control`.
+    `laws` are those by the `fit` with them, beside a `bare` one; `gap` is closed by all findings, `control_gap` by the
+    law `control`.
     """
 
     nats: float
@@ -61,6 +62,7 @@ class Confirmation:
     gap: Gap
     control: Pair
     control_gap: Gap
+    bare: Fit
     fit: Fit
 
 
@@ -85,8 +87,8 @@ class MachineStudy:
     """What recordings of a machine ask for, the measured `laws`, and how the whole machine confirms them.
 
     `kinds` are those of the laws that a kind explains as well; a law without one stays a measured law.
-    `confirmation` is missing where nothing was found, or only errors of sensors that nothing else reads. The `digest`
-    is that of settings, machine and kinds.
+    `confirmation` is missing where nothing was found that the whole machine can have: errors of sensors change nothing
+    of it, and it is driven by no measured signal. The `digest` is that of settings, machine and kinds.
     """
 
     machine: Machine
@@ -115,17 +117,25 @@ class MachineStudy:
 
 @in_one_blas_thread
 def study(machine: Machine, runs: Runs, values: Mapping[str, float] | None = None,
-          settings: EngineSettings | None = None, log: Log = lambda _: None) -> MachineStudy:
-    """Find what `runs` ask for beside a machine with nominal `values`, and confirm it in the whole machine."""
+          settings: EngineSettings | None = None, log: Log = lambda _: None,
+          keep: Callable[[MachineStudy], None] = lambda _: None) -> MachineStudy:
+    """Find what `runs` ask for beside a machine with nominal `values`, and confirm it in the whole machine.
+
+    `keep` is called with the study that there is before the confirmation.
+    """
     began, settings = time.perf_counter(), settings or EngineSettings()
     named = identify(prepare(machine, runs, values), settings, log)
     named_laws = [(each, finding.pair) for finding in named.findings for each in named.fits
                   if finding.pair in each.laws]
     laws = tuple(measure(each, pair) for each, pair in named_laws)
     kinds = tuple(kind for each, pair in named_laws for kind in [find_kind(each, pair)] if kind is not None)
-    confirmation = _confirm(machine, runs, values, named, log) if named.findings else None
-    return MachineStudy(machine, named, laws, kinds, estimate_parameters(join(named.fits)), confirmation,
-                        digest(settings, machine, KINDS), time.perf_counter() - began)
+    studied = MachineStudy(machine, named, laws, kinds, estimate_parameters(join(named.fits)), None,
+                           digest(settings, machine, KINDS), time.perf_counter() - began)
+    if not named.findings:
+        return studied
+    keep(studied)
+    confirmation = _confirm(machine, runs, values, named, log)
+    return replace(studied, confirmation=confirmation, seconds=time.perf_counter() - began)
 
 
 def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:
@@ -148,7 +158,7 @@ def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:
 
 
 def _confirm(machine: Machine, runs: Runs, values: Mapping[str, float] | None, named: Identification,
-             log: Log) -> Confirmation:
+             log: Log) -> Confirmation | None:
     blocks = join(named.fits)
     whole = prepare(compose(machine), runs, values, is_free=True).take(blocks.recorded.rows)
     noise = {signal: part.sensors[place] for part in blocks.recorded.parts for place, signal in enumerate(part.signals)}
@@ -160,26 +170,33 @@ def _confirm(machine: Machine, runs: Runs, values: Mapping[str, float] | None, n
     whole = replace(whole, parts=(part,), signals=blocks.recorded.signals)
     start, variance = _begin_whole(whole, blocks)
     bare = fit_bare(whole, start, variance)
-    log(f"whole without laws: chi-square {_medians(bare)}, {'' if bare.converged else 'not converged'}")
+    log(f"Fitted the whole machine without laws: chi-square {_median(bare):.2f}" + _remark(bare))
     candidates = {each.pair: each for each in list_candidates(whole, {part.name: bare.models[part.name].own()})}
     laws = {pair: _with_knots(candidates[pair], law) for pair, law in blocks.laws.items() if pair in candidates}
+    if not laws:
+        return None
     estimated = replace(start, laws={**bare.state.laws, **{pair: blocks.state.laws[pair] for pair in laws}})
     priors = {pair: blocks.priors[pair] for pair in laws}
     # From the optimum without the laws, and from what the blocks have estimated: the better one.
     with_laws = max((bare.beside(laws, priors, state) for state in (estimated, bare.state)),
                     key=lambda each: each.evidence)
-    log(f"whole with laws: {with_laws.evidence - bare.evidence:.1f} nats, chi-square {_medians(with_laws)}")
+    log(f"Fitted the whole machine with laws: {with_laws.evidence - bare.evidence:.1f} nats, chi-square "
+        f"{_median(with_laws):.2f}" + _remark(with_laws))
     gains, without = hold_out(with_laws.fitted) - hold_out(bare.fitted), _excess(bare)
     expected = np.sqrt(sum(expect(with_laws, law) ** 2 for law in laws.values()))
     control = _choose_control(bare, list(candidates.values()), named.findings)
     with_control = bare.beside({control.candidate.pair: control.candidate}, {control.candidate.pair: control.prior})
     return Confirmation(with_laws.evidence - bare.evidence, agree(gains, expected),
                         tuple(measure(with_laws, pair) for pair in laws), Gap(without, _excess(with_laws)),
-                        control.candidate.pair, Gap(without, _excess(with_control)), with_laws)
+                        control.candidate.pair, Gap(without, _excess(with_control)), bare, with_laws)
 
 
-def _medians(fit: Fit) -> list[float]:
-    return [round(float(np.median(chi)), 3) for chi in fit.chi_square.values()]
+def _median(fit: Fit) -> float:
+    return float(np.median(list(fit.chi_square.values())))
+
+
+def _remark(fit: Fit) -> str:
+    return "" if fit.converged else ", not converged"
 
 
 def _begin_whole(whole: Recorded, blocks: Fit) -> tuple[State, np.ndarray]:

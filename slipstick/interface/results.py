@@ -8,13 +8,15 @@ from slipstick.errors import InvalidValue, UnknownName
 from slipstick.interface.calibrate import CalibrationResult
 from slipstick.interface.fit import Fit
 from slipstick.interface.likelihood import Likelihood
+from slipstick.interface.machine_study import MachineStudy
 from slipstick.interface.propagate import Propagation
 from slipstick.interface.result import Result
 from slipstick.interface.study import Study
 
-KINDS: dict[str, type[Result]] = {kind.kind: kind for kind in (CalibrationResult, Fit, Likelihood, Propagation, Study)}
+KINDS: dict[str, type[Result]] = {kind.kind: kind for kind in (
+    CalibrationResult, Fit, Likelihood, MachineStudy, Propagation, Study)}
 """What a result is of -> its type."""
-_MARKS = {"findings": Study.kind, "log10_likelihood": Fit.kind}
+_MARKS = {"machine": MachineStudy.kind, "findings": Study.kind, "log10_likelihood": Fit.kind}
 """Field of the result of a job -> what it is of, in files that do not say so themselves."""
 
 
@@ -31,7 +33,7 @@ def open_result(path: Path | str) -> Result:
 
     Returns
     -------
-    Study, Fit, CalibrationResult, Propagation or Likelihood
+    Study, MachineStudy, Fit, CalibrationResult, Propagation or Likelihood
 
     Raises
     ------

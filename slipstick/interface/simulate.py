@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from numbers import Real
+from typing import overload
 
 import numpy as np
 
@@ -10,8 +11,10 @@ from slipstick.bench.conditions import Conditions
 from slipstick.building import compile_simulator
 from slipstick.clutch import effects as catalogue
 from slipstick.clutch.effects.effect import Effect
+from slipstick.engine.simulation import simulate_runs
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.interface.models import BenchLike, ModelLike, bench_of, conditions_of, model_of
+from slipstick.machine import Machine, Runs, list_experiments
 from slipstick.recordings import Recordings
 from slipstick.recordings.simulated import simulated_recordings
 
@@ -19,17 +22,24 @@ Effects = str | Iterable[str] | Mapping[str, float | Mapping[str, float]]
 """Names of effects, or effect -> multiple of its typical amplitudes, or effect -> coefficient -> value."""
 
 
+@overload
 def simulate(bench: BenchLike, effects: Effects = (), *, model: ModelLike | None = None,
              conditions: Conditions | Recordings | None = None, engagements: int | None = None, scatter: float = 0.02,
-             noise: float = 1.0, seed: int = 0) -> Recordings:
+             noise: float = 1.0, seed: int = 0) -> Recordings: ...
+@overload
+def simulate(bench: Machine, *, seed: int = 0, runs: int | None = None) -> Runs: ...
+def simulate(bench: BenchLike | Machine, effects: Effects = (), *, model: ModelLike | None = None,
+             conditions: Conditions | Recordings | None = None, engagements: int | None = None, scatter: float = 0.02,
+             noise: float = 1.0, seed: int = 0, runs: int | None = None) -> Recordings | Runs:
     """Simulate recordings of a bench, with sensor noise and scatter of the parameters from run to run.
 
     A study of them says beforehand what recordings of such a bench can show.
 
     Parameters
     ----------
-    bench : Bench
-        The bench: its sensors, its scatter and, by default, its nominal parameters and conditions.
+    bench : Bench or Machine
+        A declared machine, whose experiments are simulated with its scatter and noise; or a bench: its sensors, its
+        scatter and, by default, its nominal parameters and conditions.
     effects : str, iterable of str, or mapping, optional
         Effects of the catalogue to add to the model: names, at their typical coefficients; or a mapping of names to
         multiples of the typical amplitudes, or to coefficients with their values, of which others are neutral.
@@ -46,11 +56,13 @@ def simulate(bench: BenchLike, effects: Effects = (), *, model: ModelLike | None
         Noise as a multiple of that of the sensors of the bench.
     seed : int, optional
         Seed of all random numbers.
+    runs : int, optional
+        Number of runs of a declared machine: its experiments in turn. By default each once.
 
     Returns
     -------
     Recordings
-        With all signals, and in a random run order unless the conditions have one.
+        Or `Runs`, of a declared machine. With all signals, and in a random run order unless the conditions have one.
 
     Raises
     ------
@@ -60,6 +72,10 @@ def simulate(bench: BenchLike, effects: Effects = (), *, model: ModelLike | None
         For an effect or coefficient that does not exist.
 
     """
+    if isinstance(bench, Machine):
+        experiments = list_experiments(bench)
+        rows = np.arange(len(experiments) if runs is None else _require_count(runs, "runs")) % len(experiments)
+        return simulate_runs(bench, experiments.take(rows), seed=seed)
     bench = bench_of(bench)
     simulated, taken = model_of(bench, model), conditions_of(bench, conditions)
     for name, amount in _amounts(effects).items():
@@ -100,8 +116,12 @@ def _coefficients(effect: Effect, amount: float | Mapping[str, float]) -> dict[s
 
 def _spread(conditions: Conditions, engagements: int) -> Conditions:
     """So many conditions, evenly over those given, or each of them more than once."""
-    if engagements < 1:
-        raise InvalidValue(f"{engagements} engagements are too few", "Give 1 or more")
-    rows = np.linspace(0, len(conditions), engagements, endpoint=False).astype(int) \
+    rows = np.linspace(0, len(conditions), _require_count(engagements, "engagements"), endpoint=False).astype(int) \
         if engagements <= len(conditions) else np.arange(engagements) % len(conditions)
     return replace(conditions, run_order=None).take(rows)
+
+
+def _require_count(count: int, what: str) -> int:
+    if count < 1:
+        raise InvalidValue(f"{count} {what} are too few", "Give 1 or more")
+    return count

@@ -4,20 +4,24 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, overload
 
 from slipstick.clutch.model import Model
+from slipstick.engine.settings import EngineSettings
 from slipstick.errors import InvalidValue
 from slipstick.interface.files import now, require_html, write
 from slipstick.interface.fit import Fit
 from slipstick.interface.frames import data_frame
+from slipstick.interface.machine_study import MachineStudy, RunsLike, study_of_machine
 from slipstick.interface.models import BenchLike, RecordingsLike, as_mapping, bench_of, recordings_of
 from slipstick.interface.picture import Picture
 from slipstick.interface.progress import ProgressLine, Show
 from slipstick.interface.rehearsal import compile_study
 from slipstick.interface.result import Result
+from slipstick.machine import Machine, Runs
 from slipstick.pictures.study import CAPTIONS, law, study_pictures
 from slipstick.pictures.theme import Spec
+from slipstick.recordings import Recordings
 from slipstick.report.study.page import study_page
 from slipstick.studies import StudyResult, StudySettings, conclude, examine, unconfirmed
 from slipstick.studies.export import file_stem, has_table, law_csv, law_mat
@@ -251,20 +255,26 @@ class Study(Result):
 _NO_FIGURES = Figures({}, [], {}, [])
 
 
-def study(bench: BenchLike, recordings: RecordingsLike, *,
-          settings: StudySettings | Mapping[str, Any] | None = None,
+@overload
+def study(bench: BenchLike, recordings: RecordingsLike, **options: Any) -> Study: ...
+@overload
+def study(bench: Machine, recordings: RunsLike, **options: Any) -> MachineStudy: ...
+def study(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike, *,
+          settings: StudySettings | EngineSettings | Mapping[str, Any] | None = None,
           budget: float | str | None = None, progress: bool | Show = True, name: str = "recordings",
-          **changed: Any) -> Study:
+          **changed: Any) -> Study | MachineStudy:
     """Find what the model of a bench lacks that recordings of it show, measure it, and add it to the model.
 
     Parameters
     ----------
-    bench : Bench, str or Path
-        The bench that was recorded, the name of a shipped one, or the path of a file.
-    recordings : Recordings, str or Path
-        At least 24 engagements with signals, or more of shifting times alone; or a name or a path.
-    settings : StudySettings or mapping, optional
-        What may be named, and when. Single ones can be `changed`, such as `level=0.95` or `seed=2`.
+    bench : Bench, Machine, str or Path
+        The bench that was recorded, the name of a shipped one, or the path of a file; or a declared machine.
+    recordings : Recordings, Runs, str or Path
+        At least 24 engagements with signals, or more of shifting times alone; or a name or a path. Of a machine, its
+        recorded runs.
+    settings : StudySettings, EngineSettings or mapping, optional
+        What may be named, and when; of a machine, those of the engine. Single ones can be `changed`, such as
+        `level=0.95` or `seed=2`.
     budget : float or str, optional
         Time in s, or a text such as "2 min", after which the study ends at its next step with a partial result.
         By default a day.
@@ -277,6 +287,7 @@ def study(bench: BenchLike, recordings: RecordingsLike, *,
     Returns
     -------
     Study
+        Or a `MachineStudy`, of a machine.
 
     Raises
     ------
@@ -286,6 +297,13 @@ def study(bench: BenchLike, recordings: RecordingsLike, *,
         If the budget ended before there was anything to show.
 
     """
+    if isinstance(bench, Machine):
+        own = asdict(settings) if isinstance(settings, StudySettings) else settings
+        return study_of_machine(bench, _as_runs(recordings), settings=own, budget=budget, progress=progress,
+                                name=name, **changed)
+    if isinstance(recordings, Runs):
+        raise InvalidValue("Runs of a declared machine are studied with this machine",
+                           "Give slipstick.Machine.open(FILE)")
     bench = bench_of(bench)
     recordings = recordings_of(bench, recordings)
     chosen = StudySettings.from_dict({**as_mapping(settings), **changed})
@@ -309,6 +327,12 @@ def study(bench: BenchLike, recordings: RecordingsLike, *,
             result, figures = unconfirmed(chosen, bench, recordings, named or None, limit)
     return Study(name, recordings.digest, chosen, result, figures, **stage_times(times, stage, begin),
                  submitted=submitted, ended=now())
+
+
+def _as_runs(given: RecordingsLike | RunsLike) -> RunsLike:
+    if isinstance(given, Recordings):
+        raise InvalidValue("Recordings of a clutch are not of a declared machine", "Give slipstick.Runs.open(FILE)")
+    return given
 
 
 class _TimeEnded(Exception):

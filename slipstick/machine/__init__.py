@@ -14,8 +14,8 @@ from slipstick.machine.declaration import (
 from slipstick.machine.experiments import Experiments, evaluate_output, list_experiments
 from slipstick.machine.opening import open_machine
 from slipstick.machine.runs import Profile, Runs
-from slipstick.machine.runs_file import digest_of, read_runs, require_runs, units_of, write_runs
+from slipstick.machine.runs_file import holds_runs, read_runs, require_runs, units_of, write_runs
 
 __all__ = ["Block", "Command", "Condition", "Curve", "Experiments", "Machine", "Output", "Parameter", "Profile",
-           "Quantity", "Runs", "Sensor", "digest_of", "evaluate_output", "list_experiments", "open_machine",
+           "Quantity", "Runs", "Sensor", "evaluate_output", "holds_runs", "list_experiments", "open_machine",
            "read_runs", "require_runs", "units_of", "write_runs"]

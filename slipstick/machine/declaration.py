@@ -22,6 +22,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -230,6 +231,13 @@ class Machine:
     duration: float = 0.0
     step: float = 0.0
     outputs: tuple[Output, ...] = ()
+
+    @classmethod
+    def open(cls, path: Path | str) -> "Machine":
+        """Return the machine that a Python file declares, or a shipped one by its name; see `opening.open_machine`."""
+        from slipstick.machine.opening import open_machine  # which needs this class
+
+        return open_machine(path)
 
     def __post_init__(self) -> None:
         """Refuse names that collide, inputs that nobody gives, and blocks without equations."""

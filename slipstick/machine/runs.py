@@ -1,10 +1,16 @@
 """Recorded runs of a machine: signals on one clock, commands, and what is constant in a run."""
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 import scipy
+
+from slipstick.errors import InvalidValue, UnknownName
+from slipstick.storage.files import replacing
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +82,43 @@ class Runs:
         commands = {name: Profile(each.time[rows], each.value[rows]) for name, each in self.commands.items()}
         return replace(self, signals=chosen(self.signals), commands=commands, conditions=chosen(self.conditions),
                        channels=chosen(self.channels), order=None if self.order is None else self.order[rows])
+
+    @classmethod
+    def open(cls, path: Path | str) -> "Runs":
+        """Read the runs of a file; raises `BadRecording`, and `UnknownName` where there is no file."""
+        from slipstick.machine.runs_file import read_runs  # which needs this class
+
+        if not Path(path).is_file():
+            beside = [each.name for each in Path(path).parent.glob("*.h5")]
+            raise UnknownName.of("recordings file", Path(path).name, beside)
+        return read_runs(Path(path))
+
+    def save(self, path: Path | str) -> Path:
+        """Write the runs as an HDF5 file, and return its path; raises `InvalidValue` unless it ends in `.h5`."""
+        from slipstick.machine.runs_file import write_runs  # which needs this class
+
+        if Path(path).suffix != ".h5":
+            raise InvalidValue(f"'{path}' is not the name of an HDF5 file", "End it in .h5")
+        with replacing(Path(path)) as temporary:
+            temporary.write_bytes(write_runs(self))
+        return Path(path)
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of what was recorded, whatever it is called and described."""
+        hashed = hashlib.sha256(np.ascontiguousarray(self.time, "<f8").tobytes())
+        for name, values in self.arrays().items():
+            hashed.update(f"{name} [{self.units.get(name.rpartition('/')[2], '')}] {values.shape};".encode())
+            hashed.update(np.ascontiguousarray(values, "<f8").tobytes())
+        return hashed.hexdigest()
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Return all that was recorded beside the time, by its place in the file."""
+        groups = {"signals": self.signals, "conditions": self.conditions, "channels": self.channels}
+        commands = {f"commands/{name} {what}": getattr(profile, what)
+                    for name, profile in sorted(self.commands.items()) for what in ("time", "value")}
+        return {**{f"{group}/{name}": values[name] for group, values in groups.items() for name in sorted(values)},
+                **commands, **({} if self.order is None else {"order": self.order})}
 
     @property
     def step(self) -> float:

@@ -1,8 +1,6 @@
 """Recorded runs of a machine as an HDF5 file, which is read without trust: docs/your_files.md has its layout."""
 
-import hashlib
 import io
-from collections.abc import Mapping
 from pathlib import Path
 
 import h5py
@@ -71,10 +69,19 @@ def read_runs(content: Path | bytes) -> Runs:
         order = source.array("order", "fiu", (count,), "1").astype(float) if source.has("order") else None
         runs = Runs(time, groups["signals"], commands, groups["conditions"], groups["channels"], order, units,
                     source.attribute("", MARK), source.attribute("", "description"))
-    for name, values in _list_arrays(runs).items():
+    for name, values in runs.arrays().items():
         if not np.isfinite(values).all():
             raise BadRecording(f"'{name}' has values that are not finite", "Leave out the runs in which they are")
     return runs
+
+
+def holds_runs(path: Path) -> bool:
+    """Return whether a file has runs of a machine, valid or not."""
+    try:
+        with h5py.File(path) as file:
+            return MARK in file.attrs
+    except OSError:
+        return False
 
 
 def units_of(machine: Machine) -> dict[str, str]:
@@ -101,23 +108,6 @@ def require_runs(machine: Machine, runs: Runs) -> Runs:
             raise BadRecording(f"'{name}' is in '{stored}' in the runs, and in '{unit}' in the machine "
                                f"'{machine.name}'", "Import the runs again with this machine, or declare this unit")
     return runs
-
-
-def digest_of(runs: Runs) -> str:
-    """Return the SHA-256 of what was recorded, whatever it is called and described."""
-    hashed = hashlib.sha256(np.ascontiguousarray(runs.time, "<f8").tobytes())
-    for name, values in _list_arrays(runs).items():
-        hashed.update(f"{name} [{runs.units.get(name, '')}] {values.shape};".encode())
-        hashed.update(np.ascontiguousarray(values, "<f8").tobytes())
-    return hashed.hexdigest()
-
-
-def _list_arrays(runs: Runs) -> dict[str, np.ndarray]:
-    groups: Mapping[str, Mapping[str, np.ndarray]] = {group: getattr(runs, group) for group in _GROUPS}
-    commands = {f"commands/{name} {what}": getattr(profile, what) for name, profile in sorted(runs.commands.items())
-                for what in ("time", "value")}
-    return {**{f"{group}/{name}": values[name] for group, values in groups.items() for name in sorted(values)},
-            **commands, **({} if runs.order is None else {"order": runs.order})}
 
 
 def _names(source: Source, group: str) -> list[str]:

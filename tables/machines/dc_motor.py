@@ -41,14 +41,14 @@ def turn(x, u, q, p):
     return (driven - lost) / (p.rotor_inertia * (1 + q.inertia)), x.speed
 
 
-def step_to(volts):
-    """Return a step to a voltage, and back to the opposite one."""
-    return (0.0, 0.0), (0.02, 0.0), (0.021, volts), (0.5, volts), (0.501, -volts / 2), (1.0, -volts / 2)
+def sweep(volts):
+    """Return a step to a voltage, and a ramp to half of the opposite one."""
+    return (0.0, 0.0), (0.02, 0.0), (0.021, volts), (0.3, volts), (0.9, -volts / 2), (1.0, -volts / 2)
 
 
 MACHINE = Machine(
     "dc motor", (winding, shaft), (Sensor("current", "A", noise=0.02), Sensor("speed", "rad/s", noise=0.3)),
-    commands=(Command("voltage", "V", profiles=(step_to(12.0), step_to(18.0), step_to(24.0))),),
+    commands=(Command("voltage", "V", profiles=(sweep(12.0), sweep(18.0), sweep(24.0))),),
     conditions=(Condition("load torque", "N m", levels=(0.01, 0.02, 0.03)),), duration=1.0, step=2e-3,
     outputs=(Output("run_up_time", "s", of="speed", above=100.0),
              Output("largest_current", "A", of="current", take="largest")))

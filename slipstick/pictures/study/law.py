@@ -1,12 +1,13 @@
 """The measured law of every finding with its band, and the formula of the catalogue beside it."""
 
 import textwrap
+from collections.abc import Sequence
 
 from slipstick.pictures import theme, units
-from slipstick.pictures.study.words import argument, changed, subject
+from slipstick.pictures.study.words import Changed, argument, changed, subject
 from slipstick.pictures.theme import Spec
 from slipstick.studies.figures import Figures
-from slipstick.studies.result import FindingResult, Law, StudyResult
+from slipstick.studies.result import Law, StudyResult
 from slipstick.studies.settings import StudySettings
 
 CAPTION = ("Dots: the change as the blocks of the model measure it in all engagements at once, without a formula. "
@@ -31,24 +32,29 @@ _LINEARISED = "The interval is that of a linear model and may be several times t
 
 def draw(result: StudyResult, _: Figures, settings: StudySettings) -> Spec | None:
     """Return a panel for each finding with a law; None without one."""
-    laws = [(finding, finding.law) for finding in result.findings if finding.law is not None]
+    return draw_laws(result.findings, settings.level)
+
+
+def draw_laws(findings: Sequence[Changed], level: float) -> Spec | None:
+    """Return a panel for each of the findings that has a law; None without one."""
+    laws = [(finding, finding.law) for finding in findings if finding.law is not None]
     if not laws:
         return None
     if len(laws) == 1:
-        return draw_law(*laws[0], settings.level)
+        return draw_law(*laws[0], level)
     panels = [{"title": {"text": headline(finding, law), "fontSize": 13, "offset": 8,
-                         "subtitle": textwrap.wrap(remarks(law, settings.level), _COLUMNS)},
+                         "subtitle": textwrap.wrap(remarks(law, level), _COLUMNS)},
                **_panel(finding, law, _SEVERAL)} for finding, law in laws]
     return theme.picture(f"The recordings show {len(laws)} laws", "One panel for each finding.",
                          {"spacing": 30, "vconcat": panels})
 
 
-def draw_law(finding: FindingResult, law: Law, level: float) -> Spec:
+def draw_law(finding: Changed, law: Law, level: float) -> Spec:
     """Return the law of one finding, with its band of confidence `level`."""
     return theme.picture(headline(finding, law), remarks(law, level), _panel(finding, law, _HEIGHT))
 
 
-def headline(finding: FindingResult, law: Law) -> str:
+def headline(finding: Changed, law: Law) -> str:
     """The law in one sentence."""
     unit, factor = _choose_unit(law)
     if law.x is None or finding.depends_on == "gain":
@@ -89,7 +95,7 @@ def _choose_unit(law: Law) -> tuple[str, float]:
     return units.scale(law.unit, max(map(abs, law.change)), law.relative)
 
 
-def _panel(finding: FindingResult, law: Law, height: int) -> Spec:
+def _panel(finding: Changed, law: Law, height: int) -> Spec:
     if law.x is None:
         return _single(finding, law)
     unit, factor = _choose_unit(law)
@@ -121,7 +127,7 @@ def _panel(finding: FindingResult, law: Law, height: int) -> Spec:
     return {"width": theme.WIDTH, "height": height, "data": {"values": rows}, "layer": layers}
 
 
-def _single(finding: FindingResult, law: Law) -> Spec:
+def _single(finding: Changed, law: Law) -> Spec:
     """Return an interval on an axis that contains 0."""
     unit, factor = _choose_unit(law)
     row = {name: theme.rounded(factor * values[0])

@@ -1,11 +1,33 @@
 """Names of models and findings in pictures and reports."""
 
+from typing import Protocol
+
 from slipstick.clutch import effects
 from slipstick.pictures import theme
-from slipstick.studies.result import FindingResult, StudyResult
+from slipstick.studies.result import Law, StudyResult
 
 _X = {"slip": "slip of the plates", "time": "time since the shift command", "heat": "friction heat of the engagement",
       "gain": "reading", "direction": "piston rate without the law", "run order": "position in the run order"}
+
+
+class Changed(Protocol):
+    """What a finding of any machine says of its law."""
+
+    @property
+    def title(self) -> str:
+        """The finding in words."""
+
+    @property
+    def quantity(self) -> str:
+        """What changes."""
+
+    @property
+    def depends_on(self) -> str:
+        """What it depends on."""
+
+    @property
+    def law(self) -> Law | None:
+        """The measured law."""
 
 
 def within(title: str) -> str:
@@ -18,18 +40,18 @@ def effect_title(name: str) -> str:
     return next((effect.title for effect in effects.CATALOGUE if effect.name == name), theme.in_words(name))
 
 
-def subject(finding: FindingResult) -> str:
+def subject(finding: Changed) -> str:
     """What changes: the quantity, or the error of a sensor."""
     return f"error of the {finding.quantity}" if finding.quantity.endswith("sensor") else finding.quantity
 
 
-def changed(finding: FindingResult) -> str:
+def changed(finding: Changed) -> str:
     """The change as the title of an axis: an error is a change by itself."""
     name = subject(finding)
     return name if name.startswith("error") else f"change of the {name}"
 
 
-def argument(finding: FindingResult) -> str:
+def argument(finding: Changed) -> str:
     """What the change is measured over."""
     return _X.get(finding.depends_on, finding.depends_on)
 

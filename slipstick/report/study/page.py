@@ -28,9 +28,9 @@ def study_page(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits |
     drawn, changed = figures(study_specs(study, output, fits), CAPTIONS), _select_changes(settings)
     return document("study", study["id"], result.sentence, warnings(result, data.aside), [
         markup.paragraph(lead(result, settings), "lead"), markup.paragraph(SIGN, "note"),
-        *(_section(section, drawn) for section in content.evidence(result, settings, drawn)),
+        *(render_section(section, drawn) for section in content.evidence(result, settings, drawn)),
         same_fit(study, result, fits, drawn.get("surfaces", "")),
-        *(_section(section, drawn) for section in content.background(result, data)),
+        *(render_section(section, drawn) for section in content.background(result, data)),
         provenance({**study, "settings": changed}, output, [
             ("recordings", f"{study['recordings']}, SHA-256 {study['recordings_digest']}"),
             ("engagements that count", str(result.experiments)), ("settings digest", result.settings_digest),
@@ -50,7 +50,8 @@ def _select_changes(settings: StudySettings) -> dict[str, Any]:
     return {name: value for name, value in chosen.items() if value not in ({}, default[name])}
 
 
-def _section(section: parts.Section, drawn: Mapping[str, str]) -> str:
+def render_section(section: parts.Section, drawn: Mapping[str, str]) -> str:
+    """Return a section as HTML; `drawn` has the figure elements of its pictures."""
     return markup.section(section.title, *(_part(part, drawn) for part in section.parts))
 
 

@@ -12,7 +12,6 @@ from slipstick.errors import BadMachine, BadRecording, InvalidValue, UnknownName
 from slipstick.machine import (
     Command,
     Output,
-    digest_of,
     evaluate_output,
     list_experiments,
     open_machine,
@@ -30,7 +29,7 @@ def test_the_experiments_of_a_shipped_machine_are_recorded_and_read_back(name: s
     path = tmp_path / "runs.h5"
     path.write_bytes(write_runs(runs, machine))
     again = require_runs(machine, read_runs(path))
-    assert digest_of(again) == digest_of(runs)
+    assert again.digest == runs.digest
     assert (again.machine, again.units) == (machine.name, runs.units)
     for output in machine.outputs:
         assert np.isfinite(evaluate_output(output, runs.time, runs.signals)).all(), output.name

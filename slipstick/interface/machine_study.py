@@ -1,0 +1,136 @@
+"""`slipstick.study` of a declared machine."""
+
+import json
+import time
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+from slipstick.engine.settings import EngineSettings
+from slipstick.errors import InvalidValue, UnknownName
+from slipstick.interface.files import now, require_html, write
+from slipstick.interface.frames import data_frame
+from slipstick.interface.models import as_mapping
+from slipstick.interface.progress import ProgressLine, Show
+from slipstick.interface.result import Result
+from slipstick.machine import Machine, Runs
+from slipstick.machine_studies import MachineFigures, MachineStudyResult, study_machine
+from slipstick.machine_studies.result import MachineFinding
+from slipstick.machine_studies.study import Studied, end_early
+from slipstick.pictures.machine_study import CAPTIONS, machine_pictures
+from slipstick.pictures.theme import Spec
+from slipstick.report.machine_study import lead, machine_study_page
+from slipstick.studies.record import from_dict
+from slipstick.time_budget import TimeBudgetEnded, clock_times, seconds_of, stage_times
+
+MachineLike = Machine | Path | str
+"""A machine, the name of a shipped one, or the path of the Python file that declares it."""
+RunsLike = Runs | Path | str
+"""Recorded runs, or the path of their file."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MachineStudy(Result):
+    """The study of a declared machine: `result` and `figures` have all of it, `settings` is what was asked.
+
+    `name` is that of the recordings; `submitted` and `ended` are in UTC.
+    """
+
+    kind: ClassVar[str] = "machine study"
+
+    name: str
+    settings: EngineSettings
+    result: MachineStudyResult
+    figures: MachineFigures
+    seconds: dict[str, float]
+    processor_seconds: dict[str, float]
+    submitted: str
+    ended: str
+
+    @property
+    def answer(self) -> str:
+        """The answer in one sentence."""
+        return self.result.sentence
+
+    @property
+    def findings(self) -> list[MachineFinding]:
+        """What is missing in the model; empty if nothing is, or if no law explains what is."""
+        return self.result.findings
+
+    def summary(self) -> list[str]:
+        """The answer, and by how much the findings close the gap."""
+        return [f"{self.answer}.", lead(self.result)]
+
+    def pictures(self) -> dict[str, tuple[Spec, str]]:
+        """Laws, and the runs that are described worst."""
+        return {name: (spec, CAPTIONS[name]) for name, spec in machine_pictures(self.result, self.figures).items()}
+
+    def to_frame(self) -> Any:
+        """A row for each parameter, with its 95 % interval and scatter."""
+        names = ("name", "unit", "value", "lower", "upper", "scatter", "determined", "beyond")
+        return data_frame({name: [getattr(entry, name) for entry in self.result.parameters] for name in names})
+
+    def report(self, path: Path | str) -> Path:
+        """Write the report as one HTML page, which needs no network and no scripts, and return its path."""
+        require_html(path)
+        values = self.to_dict()
+        return write(path, machine_study_page(values, values).encode())
+
+    def to_dict(self) -> dict[str, Any]:
+        """The study as JSON; `result` is that of the REST service."""
+        default, chosen = asdict(EngineSettings()), asdict(self.settings)
+        changed = {name: value for name, value in chosen.items() if value != default[name]}
+        return {"id": self.name, "recordings": self.name, "recordings_digest": self.result.recordings_digest,
+                "settings": changed, "submitted": self.submitted, "ended": self.ended, "result": self.result.to_dict(),
+                "figure_data": asdict(self.figures), "seconds": self.seconds,
+                "processor_seconds": self.processor_seconds}
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> "MachineStudy":
+        """The study whose `to_dict` is `values`, or the result that the REST service gives, which has no pictures."""
+        return cls(values["recordings"], EngineSettings(**values.get("settings", {})),
+                   from_dict(MachineStudyResult, values["result"]),
+                   from_dict(MachineFigures, values.get("figure_data", {})), dict(values["seconds"]),
+                   dict(values["processor_seconds"]), values.get("submitted", ""), values.get("ended", ""))
+
+
+def study_of_machine(machine: Machine, runs: RunsLike, *, settings: EngineSettings | Mapping[str, Any] | None = None,
+                     budget: float | str | None = None, progress: bool | Show = True, name: str = "recordings",
+                     **changed: Any) -> MachineStudy:
+    """Find what the model of a declared machine lacks; arguments and errors are those of `slipstick.study`."""
+    runs = runs if isinstance(runs, Runs) else Runs.open(runs)
+    chosen = settings_of({**as_mapping(settings), **changed})
+    limit, start, submitted, begin = seconds_of(budget), time.monotonic(), now(), clock_times()
+    kept = list[Studied]()
+    with ProgressLine() as line:
+        show = line.shown(progress)
+
+        def log(doing: str) -> None:
+            if time.monotonic() > start + limit:
+                raise _TimeEnded
+            show(doing, None)
+
+        try:
+            result, figures = study_machine(machine, runs, chosen, log, kept.append)
+        except _TimeEnded:
+            if not kept:
+                raise TimeBudgetEnded.before(limit, "the blocks of the machine were examined") from None
+            result, figures = end_early(kept[-1], limit)
+    return MachineStudy(name, chosen, result, figures, **stage_times({}, "study", begin), submitted=submitted,
+                        ended=now())
+
+
+def settings_of(values: Mapping[str, Any]) -> EngineSettings:
+    """Return settings from JSON; raises `UnknownName` and `InvalidValue`."""
+    known = asdict(EngineSettings())
+    for name, value in values.items():
+        if name not in known:
+            raise UnknownName.of("setting", name, known)
+        if isinstance(value, bool) or not isinstance(value, int | float) or value <= 0:
+            raise InvalidValue(f"{name} is {json.dumps(value)}", "Give a positive number")
+    return EngineSettings(**values)
+
+
+class _TimeEnded(Exception):
+    """The time budget of a study has ended."""

@@ -1,0 +1,182 @@
+"""The result of a study of a declared machine. Reports, pictures and the service read it; the service adds nothing."""
+
+from dataclasses import asdict, dataclass, field
+from typing import Any, ClassVar, Literal
+
+from slipstick.studies.finding import Coefficient, Law
+from slipstick.time_budget import Partial
+
+_DOCUMENTED = {"use_attribute_docstrings": True}
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A pair of quantity and dependence that the recordings do not tell apart from a finding."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _DOCUMENTED
+
+    title: str
+    """The pair in words."""
+    quantity: str
+    """Quantity of the machine that would change."""
+    depends_on: str
+    """What the change would depend on."""
+
+
+@dataclass(frozen=True)
+class MachineFinding:
+    """Something that the recordings show and the model of the machine lacks."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _DOCUMENTED
+
+    title: str
+    """The finding in words."""
+    quantity: str
+    """Quantity of the machine that changes."""
+    depends_on: str
+    """What the change depends on."""
+    kind: str | None
+    """The kind of effect that explains the law, such as Coulomb friction; null where the measured law explains more."""
+    coefficients: list[Coefficient]
+    """Coefficients of that kind with 95 % intervals; empty without one."""
+    blocks: list[str]
+    """Blocks of the machine that show it."""
+    nats: float
+    """Gain in log marginal likelihood."""
+    errors: float
+    """Standard errors in which the runs agree about it."""
+    rivals: list[Rival]
+    """Pairs that the recordings do not tell apart from it."""
+    law: Law | None
+    """The measured law; null where it is one of lags, or of the past of a signal."""
+    confirmed: bool | None
+    """Whether the simulation of the whole machine describes the recordings better with the findings; null for an error
+    of a sensor, which changes nothing of the machine, for a law over a measured signal that the simulation does not
+    have, and in a partial result."""
+
+
+@dataclass(frozen=True)
+class MachineBlock:
+    """The result of a block of the machine, between the signals that it reads and gives."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _DOCUMENTED
+
+    name: str
+    """Name of the block."""
+    signals: str
+    """What it reads and gives."""
+    chi_square: float
+    """Median over the runs of the reduced chi-square with all findings; 1 if only noise is left."""
+    before: float
+    """The same without the findings."""
+    unexplained: bool
+    """Whether something is left that no candidate explains."""
+
+
+@dataclass(frozen=True)
+class MachineParameter:
+    """A parameter of the machine beside the findings, in its unit."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _DOCUMENTED
+
+    name: str
+    """Name of the parameter."""
+    unit: str
+    """Unit."""
+    value: float
+    """Mean over the runs."""
+    lower: float
+    """Lower end of its 95 % interval."""
+    upper: float
+    """Upper end of its 95 % interval."""
+    scatter: float
+    """Standard deviation between runs."""
+    determined: bool
+    """Whether the recordings tell more about it than was known."""
+    beyond: bool
+    """Whether it is outside of what is declared."""
+
+
+@dataclass(frozen=True)
+class MachineGap:
+    """The squares beyond noise that the simulation of the whole machine leaves, by runs whose own did not enter."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _DOCUMENTED
+
+    before: float
+    """Excess of squared residuals over their expectation without the findings, in standard deviations of the noise."""
+    after: float
+    """The same with the findings."""
+    closed: float
+    """Share that the findings close."""
+    control: str
+    """A law over another quantity that the recordings did not ask for."""
+    control_closed: float
+    """Share that the control closes: a wrong law must not."""
+    nats: float
+    """Gain in log marginal likelihood of the whole machine by the findings."""
+    errors: float
+    """Standard errors in which the runs agree about it."""
+    converged: bool
+    """Whether the fits of the whole machine converged."""
+
+
+@dataclass(frozen=True)
+class MachineStudyResult:
+    """What a study of a declared machine has found."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _DOCUMENTED
+
+    machine: str
+    """Name of the machine."""
+    kind: Literal["none", "effect", "tie", "several", "unlisted"]
+    """`none`: the recordings show nothing that is missing. `effect`: a single finding, of a known kind. `tie`: one of
+    several. `several`: there is more than one finding. `unlisted`: a measured law that is of no known kind, or
+    something that no candidate explains."""
+    sentence: str
+    """The answer in words."""
+    findings: list[MachineFinding]
+    """What is missing, the first finding first."""
+    blocks: list[MachineBlock]
+    """The result of each block."""
+    parameters: list[MachineParameter]
+    """The parameters beside the findings."""
+    gap: MachineGap | None
+    """The gap of the whole machine; null where nothing was found, and in a partial result."""
+    set_aside: list[int]
+    """Runs, numbered from 0 as recorded, that are far worse than all others and are not used."""
+    runs: int
+    """Number of runs that were used."""
+    noise: dict[str, float]
+    """Standard deviation of the noise of each signal, in its unit."""
+    units: dict[str, str]
+    """Units of signals, commands and conditions."""
+    recordings_digest: str
+    """SHA-256 of the recordings."""
+    settings_digest: str
+    """SHA-256 of settings, kinds and machine, with the code of its functions."""
+    partial: Partial | None = None
+    """What is complete and what is missing, if the time budget ended before the study; null if it is complete."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result as JSON."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class ShownRun:
+    """A run, numbered from 0 as recorded: what was `measured` of each signal and what the models have, at `time` in s.
+    """
+
+    run: int
+    time: list[float]
+    measured: dict[str, list[float]]
+    models: dict[str, dict[str, list[float]]]
+
+
+@dataclass(frozen=True)
+class MachineFigures:
+    """Data of pictures: the runs that the model without the findings describes worst. Models are `before` and, where
+    there are findings, `after`."""
+
+    runs: list[ShownRun] = field(default_factory=list)

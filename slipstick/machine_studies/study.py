@@ -1,0 +1,148 @@
+"""A study by the engine as the values that reports, pictures and the service read."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from slipstick.engine.fit import Fit, join
+from slipstick.engine.kinds import KindOfLaw
+from slipstick.engine.measured_law import Law as EngineLaw
+from slipstick.engine.selection import Finding
+from slipstick.engine.settings import EngineSettings
+from slipstick.engine.study import Confirmation, MachineStudy, ParameterEstimate, study
+from slipstick.machine import Machine, Runs, require_runs, units_of
+from slipstick.machine.declaration import SENSOR
+from slipstick.machine_studies.result import (
+    MachineBlock,
+    MachineFigures,
+    MachineFinding,
+    MachineGap,
+    MachineParameter,
+    MachineStudyResult,
+    Rival,
+    ShownRun,
+)
+from slipstick.machine_studies.words import answer, name_finding
+from slipstick.studies.finding import Coefficient, Law
+from slipstick.time_budget import Partial
+
+_DEVIATIONS = 1.96
+"""Standard errors on either side of a 95 % interval."""
+_SHOWN, _POINTS = 3, 400
+"""Runs that are shown, and the points of a curve: more than a picture resolves."""
+_UP_TO: tuple[Literal["nothing", "constant", "line"], ...] = ("nothing", "constant", "line")
+
+Log = Callable[[str], None]
+Studied = tuple[MachineStudyResult, MachineFigures]
+
+
+def study_machine(machine: Machine, runs: Runs, settings: EngineSettings | None = None,
+                  log: Log = lambda _: None, keep: Callable[[Studied], None] = lambda _: None) -> Studied:
+    """Find what recorded runs of a machine ask for, and confirm it in the simulation of the whole machine.
+
+    `log` is called with what is done, and `keep` with the result that there is before the confirmation. Raises
+    `BadRecording` for runs that are not of the machine.
+    """
+    require_runs(machine, runs)
+    complete = study(machine, runs, settings=settings, log=log, keep=lambda named: keep(_conclude(named, runs)))
+    return _conclude(complete, runs)
+
+
+def end_early(studied: Studied, budget: float) -> Studied:
+    """Return the result of a study whose time `budget` in s ended before the confirmation."""
+    result, figures = studied
+    partial = Partial(budget, ["the examination of the blocks"],
+                      ["the simulation of the whole machine, and with it the gap"])
+    return replace(result, partial=partial, sentence=f"Partial answer, as the time budget ended. {result.sentence}"), \
+        figures
+
+
+def _conclude(studied: MachineStudy, runs: Runs) -> Studied:
+    named, confirmation = studied.identification, studied.confirmation
+    findings = [_state_finding(finding, studied) for finding in named.findings]
+    fitted, bare = join(named.fits), join(named.bare)
+    machine, unexplained = studied.machine, named.unexplained
+    after, before = ({name: float(np.median(chi)) for name, chi in fit.chi_square.items()} for fit in (fitted, bare))
+    blocks = [MachineBlock(block.name, f"{', '.join(block.reads) or '–'} → {', '.join(block.signals)}",
+                           after[block.name], before[block.name], block.name in unexplained)
+              for block in machine.blocks if block.name in after]
+    noise = {signal: part.sensors[place].std for part in fitted.recorded.parts
+             for place, signal in enumerate(part.signals)}
+    kind: Literal["none", "effect", "tie", "several", "unlisted"]
+    if len(findings) > 1:
+        kind = "several"
+    elif findings:
+        kind = "tie" if findings[0].rivals else "effect" if findings[0].kind else "unlisted"
+    else:
+        kind = "unlisted" if unexplained else "none"
+    result = MachineStudyResult(
+        machine.name, kind, answer(findings, unexplained), findings, blocks,
+        [_state_parameter(each, machine) for each in studied.parameters],
+        None if confirmation is None else _state_gap(confirmation), list(named.set_aside), len(fitted.recorded.rows),
+        noise, {**runs.units, **units_of(machine)}, runs.digest, studied.digest)
+    models = {"before": bare} | ({"after": fitted} if findings else {})
+    if confirmation is not None:
+        models = {"before": confirmation.bare, "after": confirmation.fit}
+    return result, MachineFigures(_show_runs(models))
+
+
+def _state_finding(finding: Finding, studied: MachineStudy) -> MachineFinding:
+    pair, confirmation = finding.pair, studied.confirmation
+    law = next((law for law in studied.laws if law.pair == pair), None)
+    kind = next((kind for kind in studied.kinds if kind.pair == pair), None)
+    is_simulated = confirmation is not None and not pair[0].endswith(SENSOR) and any(
+        law.pair == pair for law in confirmation.laws)
+    blocks = sorted({name for fit in studied.identification.fits if pair in fit.laws
+                     for name in fit.laws[pair].variables})
+    return MachineFinding(
+        name_finding(pair, None if kind is None else kind.name), *pair, None if kind is None else kind.name,
+        [] if kind is None else _state_coefficients(kind), blocks, finding.nats, finding.errors,
+        [Rival(name_finding(rival, None), *rival) for rival in finding.rivals],
+        None if law is None or law.kind in ("lags", "past") else _state_law(law),
+        confirmation is not None and confirmation.nats > 0 if is_simulated else None)
+
+
+def _state_coefficients(kind: KindOfLaw) -> list[Coefficient]:
+    return [Coefficient(each.name, each.unit, each.value, each.lower, each.upper, False) for each in kind.coefficients]
+
+
+def _state_law(law: EngineLaw) -> Law:
+    half = _DEVIATIONS * law.std
+    return Law(_round(law.x), law.on_unit, _round(law.change), _round(law.change - half), _round(law.change + half),
+               law.unit or "1", not law.unit, _UP_TO[law.known_up_to], False, None)
+
+
+def _state_parameter(estimate: ParameterEstimate, machine: Machine) -> MachineParameter:
+    unit = next(each.unit for each in machine.parameters if each.name == estimate.name)
+    half = _DEVIATIONS * estimate.error
+    return MachineParameter(estimate.name, unit, estimate.mean, estimate.mean - half, estimate.mean + half,
+                            estimate.scatter, estimate.known, estimate.beyond)
+
+
+def _state_gap(confirmation: Confirmation) -> MachineGap:
+    gap, control = confirmation.gap, confirmation.control_gap
+    return MachineGap(gap.without, gap.beside, gap.closed, name_finding(confirmation.control, None), control.closed,
+                      confirmation.nats, confirmation.errors,
+                      confirmation.bare.converged and confirmation.fit.converged)
+
+
+def _show_runs(models: dict[str, Fit]) -> list[ShownRun]:
+    """Return the runs that the model without the findings describes worst, in the order of their numbers."""
+    before = models["before"]
+    squares = np.sum(list(before.squares.values()), axis=0)
+    worst = np.sort(np.argsort(-squares, kind="stable")[:_SHOWN])
+    time = before.recorded.runs.time
+    every = slice(None, None, max(1, len(time) // _POINTS))
+
+    def curves(fit: Fit, row: int, measured: bool) -> dict[str, list[float]]:
+        return {signal: _round((model.part.measured if measured else model.predicted)[row, place, every])
+                for model in fit.models.values() for place, signal in enumerate(model.part.signals)}
+
+    return [ShownRun(int(before.recorded.rows[row]), _round(time[every]), curves(before, row, True),
+                     {who: curves(fit, row, False) for who, fit in models.items()}) for row in worst.tolist()]
+
+
+def _round(values: Sequence[float] | np.ndarray) -> list[float]:
+    return [float(f"{value:.6g}") for value in np.nan_to_num(values)]

@@ -1,0 +1,30 @@
+"""What findings of a machine are called, and the answer in one sentence."""
+
+from collections.abc import Sequence
+
+from slipstick.machine_studies.result import MachineFinding
+from slipstick.studies.words import NOTHING, title
+
+
+def name_finding(pair: tuple[str, str], kind: str | None) -> str:
+    """Return a finding in words, with its kind where there is one."""
+    words = title(pair, None)
+    return words if kind is None else f"{words} ({kind})"
+
+
+def answer(findings: Sequence[MachineFinding], unexplained: Sequence[str]) -> str:
+    """Return the answer in one sentence; blocks are `unexplained` in which no candidate explains what is left."""
+    left = " and ".join(f"“{block}”" for block in unexplained)
+    where = f"is missing in the block {left}, and no law that was tried explains it"
+    if not findings:
+        return f"Something {where}" if left else NOTHING
+    named = "; and ".join(_describe(finding) for finding in findings)
+    return f"Missing: {named}" + (f". Something more {where}" if left else "")
+
+
+def _describe(finding: MachineFinding) -> str:
+    words = finding.title[0].lower() + finding.title[1:]
+    if finding.rivals:
+        others = ", ".join(other.title[0].lower() + other.title[1:] for other in finding.rivals)
+        words = f"one of {1 + len(finding.rivals)} that these recordings do not tell apart: {words}, {others}"
+    return words + " (not confirmed by the simulation of the whole machine)" * (finding.confirmed is False)
