@@ -35,9 +35,9 @@ MAY_IMPORT = {
     "slipstick.storage.hdf5": "numpy h5py slipstick.errors",
     "slipstick.storage.sheet": "numpy slipstick.errors slipstick.numerics slipstick.storage.cells",
     "slipstick.storage.condition_layout": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.hdf5",
-    "slipstick.storage.versions": "h5py slipstick.errors slipstick.bench slipstick.recordings slipstick.table "
-                                  "slipstick.black_box",
-    "slipstick.storage.library": "numpy slipstick.errors slipstick.bench slipstick.storage.files "
+    "slipstick.storage.versions": "h5py slipstick.errors slipstick.bench slipstick.machine slipstick.recordings "
+                                  "slipstick.table slipstick.black_box",
+    "slipstick.storage.library": "numpy slipstick.errors slipstick.bench slipstick.machine slipstick.storage.files "
                                  "slipstick.storage.versions slipstick.recordings slipstick.table slipstick.black_box",
     "slipstick.recordings": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.condition_layout "
                             "slipstick.storage.files slipstick.storage.hdf5 slipstick.storage.isolated "
@@ -84,7 +84,7 @@ MAY_IMPORT = {
                            "slipstick.time_budget slipstick.uncertainty",
     # The engine knows no machine, and a machine no engine.
     "slipstick.machine": "numpy scipy h5py slipstick.errors slipstick.storage.files slipstick.storage.hdf5 "
-                         "slipstick.storage.shipped",
+                         "slipstick.storage.isolated slipstick.storage.shipped",
     "slipstick.engine": "numpy scipy numba slipstick.errors slipstick.machine slipstick.numerics",
     "slipstick.machine_studies": "numpy slipstick.engine slipstick.machine slipstick.studies slipstick.time_budget",
     "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.numerics slipstick.bench slipstick.blocks "

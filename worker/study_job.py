@@ -3,9 +3,13 @@
 When the time budget ends, the step that runs is stopped, and what was named by then is the result.
 """
 
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from dbos import DBOS, WorkflowSerializationFormat
+
+from slipstick.errors import InvalidValue
 
 from . import study_steps
 from .computing import TimeEnded
@@ -13,8 +17,22 @@ from .jobs import Computers, compute
 from .orders import Checkpoint, Order, time_left, with_time
 
 
-def register(computers: Computers) -> None:
-    """Register the DBOS workflow `study`, before `DBOS.launch`."""
+def register(computers: Computers, machines: Mapping[str, Path]) -> None:
+    """Register the DBOS workflow `study`, before `DBOS.launch`.
+
+    `machines` are the files of the declared machines that the worker was given, by name: the service names none.
+    """
+
+    @DBOS.step(name="study.machine")
+    def machine(order: Order) -> dict[str, Any]:
+        if order["machine"] not in machines:
+            raise InvalidValue(f"This worker has no machine '{order['machine']}'",
+                               "Start it with `work --machine FILE.py`, the file that declares the machine")
+        try:
+            return compute(computers, study_steps.study_declared, str(machines[order["machine"]]), order,
+                           seconds=time_left(order, {}))
+        except TimeEnded as ended:
+            return study_steps.end_declared(order, ended.kept, ended.seconds)
 
     @DBOS.step(name="study.name")
     def name(order: Order) -> Checkpoint:
@@ -34,4 +52,4 @@ def register(computers: Computers) -> None:
 
     @DBOS.workflow(name="study", serialization_type=WorkflowSerializationFormat.PORTABLE)
     def run(order: Order) -> dict[str, Any]:
-        return confirm(order, name(order))
+        return machine(order) if order.get("machine") else confirm(order, name(order))

@@ -8,11 +8,17 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from slipstick.bench import Bench
+from slipstick.engine.settings import EngineSettings
+from slipstick.errors import InvalidValue
+from slipstick.machine import Machine, Runs
+from slipstick.machine_studies import MachineFigures, MachineStudyResult, study_machine
+from slipstick.machine_studies.study import Studied, end_early
 from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
 from slipstick.studies import StudySettings, conclude, examine, unconfirmed
 from slipstick.studies.progress import Log, StudyProgress
-from slipstick.time_budget import clock_times, stage_times
+from slipstick.studies.record import from_dict
+from slipstick.time_budget import TimeBudgetEnded, clock_times, stage_times
 
 from .computing import Report
 from .orders import Checkpoint, Order, require_same
@@ -43,6 +49,39 @@ def deliver(library: Library, report: Report, order: Order, checkpoint: Checkpoi
                                   order["time_budget"])
     return {"result": asdict(result), "figure_data": asdict(figures), "seconds": checkpoint["seconds"],
             "processor_seconds": checkpoint.get("processor_seconds", {})}
+
+
+def study_declared(library: Library, report: Report, machine: str, order: Order) -> dict[str, Any]:
+    """The output of the job of a declared machine, of whose file this is the path."""
+    begin, runs, kept = clock_times(), library.recorded(order["recordings"]), list[Studied]()
+    require_same(order, "recordings", runs.digest, "study")
+    if not isinstance(runs, Runs):
+        raise InvalidValue(f"'{order['recordings']}' are no runs of a declared machine", "Submit the study again")
+    log = _log(report)
+
+    def keep(named: Studied) -> None:
+        kept.append(named)
+        report.keep(_output(named))
+
+    def say(doing: str) -> None:
+        log(StudyProgress("confirm" if kept else "name", 2 if kept else 1, 2, 0.5 if kept else 0.0, doing))
+
+    studied = study_machine(Machine.open(machine), runs, EngineSettings(**order["settings"]), say, keep)
+    return {**_output(studied), **stage_times({}, "study", begin)}
+
+
+def end_declared(order: Order, kept: dict[str, Any] | None, seconds: float) -> dict[str, Any]:
+    """The output of that job if its time budget has ended; raises `TimeBudgetEnded` if nothing was kept."""
+    budget = order["time_budget"]
+    if kept is None:
+        raise TimeBudgetEnded.before(budget, "the blocks of the machine were examined")
+    studied = from_dict(MachineStudyResult, kept["result"]), from_dict(MachineFigures, kept["figure_data"])
+    return {**_output(end_early(studied, budget)), "seconds": {"study": seconds}, "processor_seconds": {}}
+
+
+def _output(studied: Studied) -> dict[str, Any]:
+    result, figures = studied
+    return {"result": asdict(result), "figure_data": asdict(figures)}
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,7 @@ from slipstick.errors import BadRecording
 from slipstick.machine.declaration import Machine, identifier_of
 from slipstick.machine.runs import Profile, Runs
 from slipstick.storage.hdf5 import Source, reading, text
+from slipstick.storage.isolated import require_readable
 
 MARK = "runs_of"
 """Attribute of the file: the name of the machine."""
@@ -75,10 +76,16 @@ def read_runs(content: Path | bytes) -> Runs:
     return runs
 
 
-def holds_runs(path: Path) -> bool:
+def read_untrusted_runs(content: bytes) -> Runs:
+    """Read the bytes of an untrusted file, first in a limited child process; raises `BadRecording`."""
+    require_readable(content, f"{__name__}:{read_runs.__name__}", BadRecording)
+    return read_runs(content)
+
+
+def holds_runs(content: Path | bytes) -> bool:
     """Return whether a file has runs of a machine, valid or not."""
     try:
-        with h5py.File(path) as file:
+        with h5py.File(io.BytesIO(content) if isinstance(content, bytes) else content) as file:
             return MARK in file.attrs
     except OSError:
         return False

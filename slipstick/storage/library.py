@@ -23,6 +23,8 @@ from slipstick.errors import (
     LimitExceeded,
     UnknownName,
 )
+from slipstick.machine import Runs
+from slipstick.machine.runs_file import read_untrusted_runs
 from slipstick.recordings import Form, Recordings
 from slipstick.storage.files import replacing
 from slipstick.storage.versions import (
@@ -128,6 +130,14 @@ class Library:
 
     def measured(self, name: str) -> Recordings | Measurements:
         """As `recording`, or the measurements `name` of another machine; raises the same errors."""
+        recorded = self.recorded(name)
+        if isinstance(recorded, Runs):
+            raise InvalidValue(f"'{name}' holds runs of the machine '{recorded.machine}'",
+                               "Study them, or upload the measured output of each as a CSV file")
+        return recorded
+
+    def recorded(self, name: str) -> Recordings | Measurements | Runs:
+        """As `measured`, or the runs `name` of a declared machine; raises the same errors."""
         if not self.has_recordings(name):
             raise self._other_kind("recordings file", name, self.recordings(), "a table", self.has_table(name))
         with readable(self.folder / f"{name}.h5", BadRecording) as version:
@@ -178,6 +188,17 @@ class Library:
             raise BadRecording(f"The file has an attribute '{MARK}', which marks measurements of another machine",
                                "Remove this attribute, or upload the measurements as CSV")
         self._store(name, content if form == "h5" else checked.to_bytes(), "h5")
+        return checked
+
+    def add_runs(self, name: str, content: bytes) -> Runs:
+        """Check the bytes of a file of runs of a declared machine, and store them atomically as `name`.
+
+        Raises what `add_recordings` raises.
+        """
+        _require_name(name)
+        checked = read_untrusted_runs(content)
+        self._require_engagements(len(checked))
+        self._store(name, content, "h5")
         return checked
 
     def add_measurements(self, name: str, content: bytes, table: str) -> Measurements:

@@ -14,6 +14,8 @@ from slipstick.bench import Bench
 from slipstick.black_box import Measurements, is_black_box
 from slipstick.black_box.measurements import MARK
 from slipstick.errors import SlipstickError
+from slipstick.machine import Runs, holds_runs
+from slipstick.machine.runs_file import MARK as RUNS_MARK
 from slipstick.recordings import Recordings
 from slipstick.table import Table
 
@@ -76,7 +78,7 @@ def _holds_measurements(version: Version) -> bool:
 def marks(file: Path | io.BytesIO) -> set[str]:
     """The attributes of a file by which it is no recordings of a clutch."""
     with h5py.File(file, "r") as opened:
-        return {name for name in ("layout", MARK) if name in opened.attrs}
+        return {name for name in ("layout", MARK, RUNS_MARK) if name in opened.attrs}
 
 
 _READ: WeakValueDictionary[Version, Table] = WeakValueDictionary()
@@ -103,8 +105,10 @@ def _open_verified(version: Version) -> Table:
 
 
 @lru_cache(maxsize=16)
-def open_recordings(version: Version) -> Recordings | Measurements:
-    """Read and check recordings of a clutch, or measurements of another machine; raises `BadRecording`."""
+def open_recordings(version: Version) -> Recordings | Measurements | Runs:
+    """Read and check recordings of a clutch, or measurements or runs of another machine; raises `BadRecording`."""
+    if holds_runs(version[0]):
+        return Runs.open(version[0])
     return Measurements.read(version[0]) if _holds_measurements(version) else Recordings.open(version[0])
 
 
