@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.acquisition.clock import JITTER, resampled, sampling_step
+from slipstick.acquisition.clock import JITTER, resampled
 from slipstick.acquisition.tracks import Track
 from slipstick.errors import BadRecording
 
@@ -23,15 +23,14 @@ class Window:
         return float(self.time[-1])
 
 
-def choose_step(tracks: Sequence[Mapping[str, Track]], stated: float | None) -> tuple[float, list[str]]:
-    """The step in s that is `stated`, or that of the slowest signal, and a remark on it.
+def choose_step(steps: Mapping[str, float], stated: float | None) -> tuple[float, list[str]]:
+    """The step in s that is `stated`, or the longest of the `steps` in s of signals by name, and a remark on it.
 
     Raises `BadRecording` where it is shorter than that of a signal.
     """
-    steps = {name: max(sampling_step(given[name].time) for given in tracks) for name in tracks[0]}
     slowest = max(steps, key=lambda name: steps[name])
     if stated is None:
-        step = float(f"{steps[slowest]:.4g}")  # times in files are rounded; their median step is off in the last digits
+        step = steps[slowest]
         return step, [f"the clock has steps of {1e3 * step:g} ms, those of the slowest signal, {slowest}"]
     if stated * JITTER < steps[slowest]:
         raise BadRecording(f"clock.step is {1e3 * stated:g} ms, and {slowest} is sampled every "
@@ -40,18 +39,17 @@ def choose_step(tracks: Sequence[Mapping[str, Track]], stated: float | None) -> 
     return stated, []
 
 
-def make_window(tracks: Sequence[Mapping[str, Track]], step: float, end: float) -> Window:
-    """The clock with steps of `step` s up to `end` in s."""
+def make_window(step: float, fastest: float, end: float) -> Window:
+    """The clock with steps of `step` s up to `end` in s, for signals whose shortest step in s is `fastest`."""
     # Where signals are sampled faster, a mean over whole samples: it shares none with its neighbours.
-    fastest = min(sampling_step(signal.time) for given in tracks for signal in given.values())
     start = 0.5 * max(0.0, step - fastest) if fastest * JITTER < step else 0.0
     count = int(np.floor((end - start) / step + 1e-6)) + 1
     return Window(start + np.arange(count) * step, step)
 
 
-def align(tracks: Sequence[Track], window: Window) -> np.ndarray:
-    """Tracks of one signal on the common clock, (n, m); NaN where a track has no samples."""
-    rows = [resampled(track.time[known], track.values[known], window.time, window.step)
+def align(tracks: Sequence[Track], window: Window, gap: float | None = None) -> np.ndarray:
+    """Tracks of one signal on the common clock, (n, m); NaN where a track has no samples within `gap` s."""
+    rows = [resampled(track.time[known], track.values[known], window.time, window.step, gap)
             if (known := np.isfinite(track.values)).sum() > 1 else np.full(len(window.time), np.nan)
             for track in tracks]
     return np.array(rows)

@@ -1,6 +1,5 @@
 """Gaps, spikes and saturation of a channel: found and reported, and never filled or repaired."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -43,18 +42,13 @@ def flaws(time: np.ndarray, values: np.ndarray, limits: tuple[float, float] | No
     known = np.isfinite(values)
     if known.sum() < _SPIKE_WIDTH:
         return (Flaw("gap", float(time[0]), float(time[-1])),)
-    entries = list(find_gaps(time, known, gap))
+    whole = np.concatenate([time[:1], time[known], time[-1:]])
+    missing = np.flatnonzero(np.diff(whole) > (gap or GAP * sampling_step(time)))
+    entries = [Flaw("gap", float(whole[place]), float(whole[place + 1])) for place in missing]
     time, values = time[known], values[known]
     entries += [Flaw("spike", float(time[place]), float(time[place])) for place in _spikes(values)]
     entries += [Flaw("saturation", float(time[first]), float(time[last])) for first, last in _plateaus(values, limits)]
     return tuple(entries)
-
-
-def find_gaps(time: np.ndarray, known: np.ndarray, gap: float | None = None) -> Iterator[Flaw]:
-    """Gaps between the `known` ones of samples at `time` (k,) s."""
-    whole = np.concatenate([time[:1], time[known], time[-1:]])
-    for place in np.flatnonzero(np.diff(whole) > (GAP * sampling_step(time) if gap is None else gap)):
-        yield Flaw("gap", float(whole[place]), float(whole[place + 1]))
 
 
 def _spikes(values: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ import numpy as np
 
 from slipstick.acquisition.alignment import Window, align, choose_step, make_window
 from slipstick.acquisition.channel import Source
+from slipstick.acquisition.clock import sampling_step
 from slipstick.acquisition.doubts import doubts
 from slipstick.acquisition.engagement import Engagement, engagements
 from slipstick.acquisition.excerpt import describe_channels, find_defect, tell_channels, tell_formats, tell_origins
@@ -103,13 +104,13 @@ def _of_engagements(candidates: Sequence[Engagement], mapping: ChannelMap, bench
     mapped = {**mapping.signals, **mapping.further}
     channels = describe_channels([{**engagement.tracks, **engagement.further} for engagement in kept], mapped)
     return Imported(
-        recordings, tuple(engagement.label for engagement in kept), window.step, channels,
-        np.array([engagement.located.time if engagement.located else np.nan for engagement in kept]),
-        np.array([engagement.located.error if engagement.located else np.nan for engagement in kept]),
-        mapping.shifting_time is None, tuple(aside),
-        (*remarks, tell_origins(kept, mapping), *chosen, *tell_channels(channels, mapped, mapped, window.step)),
-        doubts(recordings, bench),
-        open_questions(signals.names, bench))
+        recordings=recordings, labels=tuple(engagement.label for engagement in kept), step=window.step,
+        channels=channels,
+        located=np.array([engagement.located.time if engagement.located else np.nan for engagement in kept]),
+        error=np.array([engagement.located.error if engagement.located else np.nan for engagement in kept]),
+        computed=mapping.shifting_time is None, set_aside=tuple(aside),
+        remarks=(*remarks, tell_origins(kept, mapping), *chosen, *tell_channels(channels, mapped, mapped, window.step)),
+        doubts=doubts(recordings, bench), open_questions=open_questions(signals.names, bench))
 
 
 def _common_window(engagements: Sequence[Engagement], mapping: ChannelMap, bench: Bench) -> tuple[Window, list[str]]:
@@ -118,8 +119,10 @@ def _common_window(engagements: Sequence[Engagement], mapping: ChannelMap, bench
     With remarks on how step and end were chosen. Raises `BadRecording` where a clock is asked for that is faster than a
     signal, has fewer than two samples, or ends after all engagements.
     """
-    tracks = [engagement.tracks for engagement in engagements]
-    step, remarks = choose_step(tracks, mapping.step)
+    steps = {name: [sampling_step(engagement.tracks[name].time) for engagement in engagements]
+             for name in mapping.signals}
+    # Times in files are rounded; their median step is off in the last digits.
+    step, remarks = choose_step({name: float(f"{max(each):.4g}") for name, each in steps.items()}, mapping.step)
     profile_end = float(bench.profiles[0][:, -1].min())
     end, longest = mapping.end, max(engagement.end for engagement in engagements)
     if end is None:
@@ -137,7 +140,7 @@ def _common_window(engagements: Sequence[Engagement], mapping: ChannelMap, bench
     if end < step:
         raise BadRecording(f"clock.step is {step:g} s, and the recordings end {end:.4g} s after the shift command",
                            "Give a shorter step, or a later end")
-    return make_window(tracks, step, end), remarks
+    return make_window(step, min(map(min, steps.values())), end), remarks
 
 
 def _lack(engagement: Engagement, window: Window, profile_end: float) -> str:

@@ -6,7 +6,7 @@ docs/your_files.md describes the keys of the file, `channels.toml`.
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 from slipstick.acquisition.csv_layout import CsvOptions
 
@@ -137,7 +137,7 @@ class Reversals:
     source: ChannelRef
     level: float
     of_sign: bool = False
-    direction: Literal[-1, 0, 1] = 0
+    direction: int = 0
 
 
 @dataclass(frozen=True)
@@ -156,10 +156,10 @@ class MachineMap(FileMap):
     """What the mapping of a declared machine says.
 
     `commands` maps names to channels; those of `held` hold each value until the next sample. `conditions` has the
-    further constants of a run as well, and `units` those of all of them. `cut` is None where each file is a run, and
-    `start` is t = 0: a marker in the run, or a time in s from its begin. `length` in s is that of all runs, None: the
-    shortest. `begin_as` is the name of the constant that has the time of the cut, "" for none. Samples that are more
-    than `gap` s apart have a gap between them, None: more than 1.5 usual steps.
+    further constants of a run as well. `units` are those of signals, commands and constants by name. `cut` is None
+    where each file is a run, and `start` is t = 0: a marker in the run, or a time in s from its begin. `length` in s is
+    that of all runs, None: the shortest. `begin_as` is the name of the constant that has the time of the cut, "" for
+    none. Samples that are more than `gap` s apart have a gap between them, None: more than 1.5 usual steps.
     """
 
     commands: Mapping[str, ChannelRef]

@@ -39,9 +39,14 @@ _FURTHER = re.compile(r"[a-z][a-z0-9_]{0,63}")
 
 def open_mapping(path: Path) -> ChannelMap:
     """Read the mapping at `path`; raises `BadRecording` with key and line, and `UnknownName` where there is no file."""
+    return read_mapping(read_content(path), path.name)
+
+
+def read_content(path: Path) -> bytes:
+    """The bytes of a mapping; raises `UnknownName` where there is no file."""
     if not path.is_file():
         raise UnknownName.of("mapping", path.name, [other.name for other in path.parent.glob("*.toml")])
-    return read_mapping(path.read_bytes(), path.name)
+    return path.read_bytes()
 
 
 def read_mapping(content: bytes, name: str) -> ChannelMap:
@@ -138,13 +143,18 @@ def read_marker(section: Section, other: str = "", also: tuple[str, ...] = ()) -
     if "channel" not in section.values or len(stated) != 1:
         raise section.document.error(section.path, "this does not say what marks the instant",
                                      f"Write {other}channel and above = 0.5, below = 0.5 or changes = true")
-    source = ChannelRef(section.text("channel"), time=_own_time(section))
+    source = read_source(section)
     if stated == ["changes"]:
         if not section.flag("changes", True):
             raise section.error("changes", "false marks nothing", "Write changes = true, above or below")
         return Marker(source, None)
     level = section.quantity(stated[0], "1")
     return Marker(source, level, stated == ["above"])
+
+
+def read_source(section: Section) -> ChannelRef:
+    """Read a channel that is taken as the file has it."""
+    return ChannelRef(section.text("channel"), time=_own_time(section))
 
 
 def read_number(conditions: Section, key: str, unit: str) -> NumberSource:

@@ -33,6 +33,12 @@ class Track:
         last = min(last + 1, len(self.time)) if last < len(self.time) and self.time[last] == end else last
         return replace(self, time=self.time[first:last] - zero, values=self.values[first:last])
 
+    def around(self, start: float, end: float, zero: float) -> "Track":
+        """The samples from the last one before `start` to the first one after `end` in s, with `zero` as the origin."""
+        first = max(int(np.searchsorted(self.time, start, "right")) - 1, 0)
+        last = int(np.searchsorted(self.time, end)) + 1
+        return replace(self, time=self.time[first:last] - zero, values=self.values[first:last])
+
     def known(self) -> "Track":
         """The samples that are not missing."""
         seen = np.isfinite(self.values)
