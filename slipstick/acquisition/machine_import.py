@@ -28,7 +28,7 @@ from slipstick.machine import Machine, Profile, Runs, require_runs, units_of
 from slipstick.recordings.signals import LARGEST
 
 _JUMP = 1e-3
-"""Share of the shortest step of a held command that its jumps take: corners are joined by lines."""
+"""Share of a step of the clock, or of a held command, that its jumps take: corners are joined by lines."""
 _WHOLE = 0.5
 """Share of the median length below which a run is no whole one, and does not shorten the others."""
 
@@ -94,7 +94,15 @@ def _list_excerpts(source: Source, mapping: MachineMap, numbers: Numbers) -> Ite
     steps = {name: mean_step(signal.time) for name, signal in tracks.items()}
     usual = max(steps.values())
     margin = 2 * max(usual, mapping.step or 0.0)
-    spans = np.array([[begin, end]]) if mapping.cut is None else cut_runs(mapping.cut, source, mapping, begin, end)
+    for name, given in commands.items():
+        if name not in mapping.held and HELD not in given.note and sampling_step(given.time) > GAP * margin / 2:
+            raise BadRecording(f"The command '{given.channel}' of {source.name} has a sample every "
+                               f"{1e3 * sampling_step(given.time):.4g} ms, and the runs every {500 * margin:.4g} ms",
+                               f'Say under [commands."{name}"] what it does between them: held = true where it holds '
+                               "each value until the next one, held = false where it follows a line")
+    spans = np.array([[begin, end]])
+    if mapping.cut is not None:
+        spans = cut_runs(mapping.cut, source, mapping, begin, end + usual)
     marks = None
     if not isinstance(mapping.start, float):
         marked = track(source, mapping.start.source, mapping.time, None)
@@ -205,7 +213,7 @@ def _find_missing(name: str, given: Track, window: Window, mapping: MachineMap) 
 
 
 def _is_held(name: str, given: Track, mapping: MachineMap) -> bool:
-    return name in mapping.held or (name in mapping.commands and HELD in given.note)
+    return mapping.held.get(name, name in mapping.commands and HELD in given.note)
 
 
 def _make_runs(kept: Sequence[RunExcerpt], window: Window, mapping: MachineMap, machine: Machine, files: int) -> Runs:
@@ -224,7 +232,7 @@ def _make_runs(kept: Sequence[RunExcerpt], window: Window, mapping: MachineMap, 
     return Runs(
         window.time,
         {name: align([excerpt.tracks[name] for excerpt in kept], window, mapping.gap) for name in mapping.signals},
-        {name: _join([_corners(given.known().around(0.0, window.end, 0.0), _is_held(name, given, mapping))
+        {name: _join([_corners(given.known().around(0.0, window.end, 0.0), _is_held(name, given, mapping), window.step)
                       for given in (excerpt.commands[name] for excerpt in kept)]) for name in mapping.commands},
         conditions, {**further, **numbers, **begins}, order, units, machine.name,
         mapping.description or f"Imported by {mapping.name}")
@@ -238,13 +246,16 @@ def _align_further(tracks: Sequence[Track], window: Window, gap: float | None) -
                      for row, known in zip(rows, np.isfinite(rows), strict=True)])
 
 
-def _corners(command: Track, is_held: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Instants and values (m,) of a command: its own samples, or where it is held, both sides of each jump."""
+def _corners(command: Track, is_held: bool, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Instants and values (m,) of a command: its own samples, or where it is held, both sides of each jump.
+
+    `step` in s is that of the common clock.
+    """
     time, values = command.time, command.values
     if not is_held or len(time) < 2:
         return time, values
     jumps = np.flatnonzero(np.diff(values)) + 1
-    before = time[jumps] - _JUMP * np.diff(time).min()
+    before = time[jumps] - _JUMP * min(step, np.diff(time).min())
     return (np.concatenate([time[:1], np.column_stack([before, time[jumps]]).ravel()]),
             np.concatenate([values[:1], np.column_stack([values[jumps - 1], values[jumps]]).ravel()]))
 

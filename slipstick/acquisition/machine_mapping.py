@@ -73,7 +73,8 @@ def _read(root: Section, name: str, machine: Machine) -> MachineMap:
         further={each: read_channel(further.section(each), "") for each in further.values if each not in constants},
         units={**units["signals"], **units["commands"], **numbers}, cut=cut, length=read_positive(runs, "length"),
         begin_as=begin_as, gap=read_positive(clock, "gap"),
-        held=frozenset(each for each in commands.values if commands.section(each).flag("held", False)),
+        held={each: commands.section(each).flag("held", False) for each in commands.values
+              if "held" in commands.section(each).values},
         start=start.quantity("time", "s", 0.0) if set(start.values) <= {"time"} else
         read_marker(start, "time = \"0 s\", "), **read_files(root))
     for section in (conditions, further):

@@ -155,16 +155,17 @@ Cut = Standstills | Reversals | Marker | Parts
 class MachineMap(FileMap):
     """What the mapping of a declared machine says.
 
-    `commands` maps names to channels; those of `held` hold each value until the next sample. `conditions` has the
-    further constants of a run as well. `units` are those of signals, commands and constants by name. `cut` is None
-    where each file is a run, and `start` is t = 0: a marker in the run, or a time in s from its begin. `length` in s is
-    that of all runs, None: the shortest. `begin_as` is the name of the constant that has the time of the cut, "" for
-    none. Samples that are more than `gap` s apart have a gap between them, None: more than 1.5 usual steps.
+    `commands` maps names to channels, and `held` says of some of them whether a value is held until the next sample.
+    `conditions` has the further constants of a run as well. `units` are those of signals, commands and constants by
+    name. `cut` is None where each file is a run, and `start` is t = 0: a marker in the run, or a time in s from its
+    begin. `length` in s is that of all runs, None: the shortest. `begin_as` is the name of the constant that has the
+    time of the cut, "" for none. Samples that are more than `gap` s apart have a gap between them, None: more than 1.5
+    usual steps.
     """
 
     commands: Mapping[str, ChannelRef]
     units: Mapping[str, str]
-    held: frozenset[str] = frozenset()
+    held: Mapping[str, bool] = field(default_factory=dict)
     cut: Cut | None = None
     start: Marker | float = 0.0
     length: float | None = None
