@@ -43,7 +43,7 @@ MAY_IMPORT = {
                             "slipstick.storage.files slipstick.storage.hdf5 slipstick.storage.isolated "
                             "slipstick.storage.sheet slipstick.storage.shipped",
     "slipstick.acquisition": "numpy scipy h5py asammdf pyarrow slipstick.errors slipstick.numerics slipstick.bench "
-                             "slipstick.recordings slipstick.storage.cells slipstick.storage.hdf5 "
+                             "slipstick.machine slipstick.recordings slipstick.storage.cells slipstick.storage.hdf5 "
                              "slipstick.storage.isolated",
     "slipstick.acquisition.comparison": "numpy slipstick.bench slipstick.clutch slipstick.recordings",
     "slipstick.black_box": "numpy h5py slipstick.errors slipstick.interruption slipstick.numerics "
@@ -103,8 +103,8 @@ MAY_IMPORT = {
                                 "slipstick.studies",
     "slipstick.report": "numpy slipstick.__version__ slipstick.pictures slipstick.recordings slipstick.time_budget",
     "slipstick.report.calibration": "slipstick.bench slipstick.calibration slipstick.recordings.signals",
-    "slipstick.report.imported": "slipstick.__version__ slipstick.acquisition slipstick.bench slipstick.pictures "
-                                 "slipstick.recordings.signals slipstick.report",
+    "slipstick.report.imported": "slipstick.__version__ slipstick.acquisition slipstick.bench slipstick.machine "
+                                 "slipstick.pictures slipstick.recordings.signals slipstick.report",
     "slipstick.report.machine_study": "slipstick.machine_studies slipstick.pictures slipstick.report "
                                       "slipstick.studies.record",
     "slipstick.report.made": "slipstick.errors slipstick.pictures slipstick.report",

@@ -14,7 +14,7 @@ from slipstick.storage.shipped import file_of
 DEFAULT = "heavy"
 
 
-def add_bench_argument(parser: argparse.ArgumentParser) -> None:
+def add_bench_argument(parser: argparse._ActionsContainer) -> None:
     """Add the option."""
     parser.add_argument("--bench", type=bench_file, default=DEFAULT, metavar="FILE.toml",
                         help="the bench: parameters, converter, sensors, current profiles and conditions; a name "

@@ -2,74 +2,127 @@
 
 import argparse
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path, PurePath
+from typing import TypeVar
 
-from slipstick.acquisition import Imported, import_sources, open_mapping, open_source, propose
+from slipstick.acquisition import (
+    import_runs,
+    import_sources,
+    open_machine_mapping,
+    open_mapping,
+    open_source,
+    propose,
+    propose_for_machine,
+)
 from slipstick.acquisition.channel import Source
 from slipstick.acquisition.comparison import compare
 from slipstick.acquisition.csv_layout import CsvOptions
-from slipstick.acquisition.mapping import ChannelMap
+from slipstick.acquisition.guess import Proposal
+from slipstick.acquisition.mapping import FileMap
 from slipstick.acquisition.opening import FORMATS, is_measurement
+from slipstick.acquisition.result import ImportedFiles
 from slipstick.bench import Bench
 from slipstick.errors import BadRecording, InvalidValue
 from slipstick.interface.progress import ProgressLine
-from slipstick.report.imported import imported_page, summary
+from slipstick.machine import Machine, open_machine, write_runs
+from slipstick.report.imported import imported_page, imported_runs_page, summary
 from slipstick.storage.files import replacing
 
 from .bench_option import add_bench_argument
 
 _MOST_REMARKS = 20
+Result = TypeVar("Result", bound=ImportedFiles)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("files", type=Path, nargs="+", metavar="FILES",
-                        help="files of the bench (MDF, MATLAB, CSV, Parquet), or folders of them")
+                        help="files of the bench or machine (MDF, MATLAB, CSV, Parquet), or folders of them")
     parser.add_argument("--map", type=Path, metavar="FILE.toml",
                         help="the mapping of the channels; with --guess, the file to write it to")
-    parser.add_argument("--out", type=Path, metavar="FILE.h5", help="write the recordings as HDF5")
+    parser.add_argument("--out", type=Path, metavar="FILE.h5", help="write the recordings or runs as HDF5")
     parser.add_argument("--page", type=Path, metavar="FILE.html",
                         help="write the page of what was understood (default: beside --out)")
     parser.add_argument("--guess", action="store_true",
                         help="propose a mapping from names and units of the first file, and say what was guessed")
-    add_bench_argument(parser)
+    measured = parser.add_mutually_exclusive_group()
+    add_bench_argument(measured)
+    measured.add_argument("--machine", metavar="FILE.py",
+                          help="instead of a bench, the machine that the file declares; its runs are written")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Import, or propose a mapping."""
     files = _files(arguments.files)
-    bench = Bench.open(arguments.bench)
+    if arguments.machine is None:
+        return _import_bench(arguments, files, Bench.open(arguments.bench))
+    return _import_machine(arguments, files, open_machine(arguments.machine))
+
+
+def _import_bench(arguments: argparse.Namespace, files: Sequence[Path], bench: Bench) -> int:
     if arguments.guess:
-        return _guess(files[0], arguments.map, bench)
+        return _guess(files[0], arguments.map, lambda source: propose(source, bench))
+    page = _require_paths(arguments)
+    mapping = open_mapping(arguments.map)
+    imported = _read(files, arguments.map, mapping, lambda sources, plan, progress: import_sources(
+        sources, mapping, bench, plan, progress))
+    imported.recordings.save(arguments.out)
+    if imported.recordings.signals is not None:
+        print("simulating one engagement for the page", file=sys.stderr)
+    return _write(page, imported_page(arguments.out.stem, imported, bench, compare(imported.recordings, bench)),
+                  arguments.out)
+
+
+def _import_machine(arguments: argparse.Namespace, files: Sequence[Path], machine: Machine) -> int:
+    if arguments.guess:
+        return _guess(files[0], arguments.map, lambda source: propose_for_machine(source, machine))
+    page = _require_paths(arguments)
+    mapping = open_machine_mapping(arguments.map, machine)
+    imported = _read(files, arguments.map, mapping, lambda sources, plan, progress: import_runs(
+        sources, mapping, machine, plan, progress))
+    arguments.out.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(arguments.out) as temporary:
+        temporary.write_bytes(write_runs(imported.runs, machine))
+    return _write(page, imported_runs_page(arguments.out.stem, imported), arguments.out)
+
+
+def _require_paths(arguments: argparse.Namespace) -> Path:
+    """The path of the page; raises `InvalidValue` for paths that are missing or no files of their kind."""
     if arguments.map is None or arguments.out is None:
         raise InvalidValue("--map or --out is missing",
                            "Give both; `import FILES --guess --map channels.toml` proposes a mapping")
-    page = arguments.page or arguments.out.with_suffix(".html")
+    page: Path = arguments.page or arguments.out.with_suffix(".html")
     for path, suffix in ((arguments.out, ".h5"), (page, ".html")):
         if path.suffix != suffix or path.is_dir():
             raise InvalidValue(f"'{path}' is not the name of a {suffix} file", f"Give a path that ends in {suffix}")
-    mapping = open_mapping(arguments.map)
-    plan = None if mapping.plan is None else _plan(arguments.map, mapping.plan)
+    return page
+
+
+def _read(files: Sequence[Path], beside: Path, mapping: FileMap,
+          importer: Callable[[Iterator[Source], bytes | None, Callable[[str], None]], Result]) -> Result:
+    """What an importer makes of files by their mapping, which is printed; the sheet of conditions is `beside` it."""
+    plan = None if mapping.plan is None else _plan(beside, mapping.plan)
     with ProgressLine(log=True) as line:
         done = iter(range(len(files) + 1))
         line.count(next(done), len(files), "files")
-        imported = import_sources(_sources(files, mapping), mapping, bench, plan,
-                               lambda name: line.count(next(done), len(files), "files"))
+        imported = importer(_sources(files, mapping), plan, lambda name: line.count(next(done), len(files), "files"))
     print(report(imported))
-    imported.recordings.save(arguments.out)
+    return imported
+
+
+def _write(page: Path, text: str, out: Path) -> int:
     page.parent.mkdir(parents=True, exist_ok=True)
-    if imported.recordings.signals is not None:
-        print("simulating one engagement for the page", file=sys.stderr)
     with replacing(page) as temporary:
-        temporary.write_text(imported_page(arguments.out.stem, imported, bench, compare(imported.recordings, bench)))
-    print(f"Wrote {arguments.out} and {page}: look at the pictures before you go on")
+        temporary.write_text(text)
+    print(f"Wrote {out} and {page}: look at the pictures before you go on")
     return 0
 
 
-def report(imported: Imported) -> str:
+def report(imported: ImportedFiles) -> str:
     """The import as plain text."""
-    lines = [f"{len(imported.labels)} engagements imported, {len(imported.set_aside)} set aside. {summary(imported)}"]
+    lines = [f"{len(imported.labels)} {imported.experiment}s imported, {len(imported.set_aside)} set aside. "
+             f"{summary(imported)}"]
     lines += [f"  {channel.name} <- {'-' if channel.sign < 0 else ''}{channel.channel} "
               f"[{channel.stated or 'unit not stated'}], {channel.lowest:.4g} to {channel.highest:.4g} {channel.unit}"
               for channel in imported.channels]
@@ -105,7 +158,7 @@ def _files(given: Sequence[Path]) -> list[Path]:
     return measured
 
 
-def _sources(files: Sequence[Path], mapping: ChannelMap) -> Iterator[Source]:
+def _sources(files: Sequence[Path], mapping: FileMap) -> Iterator[Source]:
     for path in files:
         with path.open("rb") as file:
             yield open_source(path.name, file, mapping.csv)
@@ -118,9 +171,9 @@ def _plan(beside: Path, name: str) -> bytes:
     return path.read_bytes()
 
 
-def _guess(path: Path, out: Path | None, bench: Bench) -> int:
+def _guess(path: Path, out: Path | None, proposer: Callable[[Source], Proposal]) -> int:
     with path.open("rb") as file:
-        proposal = propose(open_source(path.name, file, CsvOptions()), bench)
+        proposal = proposer(open_source(path.name, file, CsvOptions()))
     if out is None:
         print(proposal.text, end="")
     else:

@@ -16,6 +16,8 @@ GAP = 1.5
 """Steps between two samples from which one is missing."""
 JITTER = 1.03
 """Ratio of sampling steps below which two clocks are the same: quartzes agree far better, but times are rounded."""
+HELD = "its values are held on a faster clock"
+"""What the note on such a channel begins with."""
 _COVERED = 0.5
 """Share of a new step that samples must cover for its mean to be a value."""
 _LATE = 1.5
@@ -27,6 +29,12 @@ _LEAST_HELD = 20
 def sampling_step(time: np.ndarray) -> float:
     """The usual step in s of sample times (k,)."""
     return float(np.median(np.diff(time)))
+
+
+def mean_step(time: np.ndarray) -> float:
+    """The mean step in s of sample times (k,) that are rounded; the usual one where samples are missing."""
+    mean, usual = float(time[-1] - time[0]) / (len(time) - 1), sampling_step(time)
+    return float(f"{mean:.6g}") if max(mean, usual) < JITTER * min(mean, usual) else usual
 
 
 def own_clock(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, str]:
@@ -41,7 +49,7 @@ def own_clock(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndar
     if places is None:
         return time, values, ""
     time, values = time[known][places], values[known][places]
-    return time, values, (f"its values are held on a faster clock: the first of each is used, every "
+    return time, values, (f"{HELD}: the first of each is used, every "
                           f"{1e3 * sampling_step(time):.4g} ms")
 
 
@@ -70,17 +78,18 @@ def _find_held_starts(values: np.ndarray) -> np.ndarray | None:
     return np.concatenate([before, *runs, after]).astype(int)
 
 
-def resampled(time: np.ndarray, values: np.ndarray, wanted: np.ndarray, step: float) -> np.ndarray:
+def resampled(time: np.ndarray, values: np.ndarray, wanted: np.ndarray, step: float,
+              gap: float | None = None) -> np.ndarray:
     """`values` (k,) at the increasing times `time` (k,), at the times `wanted` (m,) of a clock of `step` s.
 
-    A channel that is slower than the new clock is interpolated linearly. NaN where samples are missing.
+    A channel that is slower than the new clock is interpolated linearly. NaN where samples are missing, which are more
+    than `gap` s apart (default: 1.5 usual steps).
     """
     own = sampling_step(time)
     if own > step * JITTER:
         return np.asarray(np.interp(wanted, time, values, left=np.nan, right=np.nan))
     # Each sample stands for the time up to half of the way to the next one, and over a gap for half of its usual step.
-    half = np.minimum(np.diff(time), GAP * own) / 2
-    half = np.where(np.diff(time) < GAP * own, half, own / 2)
+    half = np.where(np.diff(time) < (gap or GAP * own), np.diff(time), own) / 2
     starts = time - np.concatenate([[own / 2], half])
     ends = time + np.concatenate([half, [own / 2]])
     edges = np.ravel(np.column_stack([starts, ends]))

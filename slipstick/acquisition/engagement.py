@@ -6,30 +6,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipstick.acquisition.channel import Source
+from slipstick.acquisition.excerpt import Excerpt, read_marks, slowest_of
 from slipstick.acquisition.lock_up import LockUp, lock_up
 from slipstick.acquisition.mapping import ChannelMap, Marker
-from slipstick.acquisition.markers import instants
 from slipstick.acquisition.numbers import Numbers
 from slipstick.acquisition.tracks import Track, track
 from slipstick.errors import BadRecording
 from slipstick.recordings.signals import SIGNAL_UNITS
 
 
-@dataclass(frozen=True, eq=False)
-class Engagement:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Engagement(Excerpt):
     """One engagement, with times in s from its shift command.
 
-    `label` names file and number in error messages, `zero` and `begin` are t = 0 and the first sample in s of the clock
-    of the file, `tracks` and `further` are those of the mapping, `numbers` its conditions. `located` is its lock-up by
-    the speeds and `recorded` its recorded shifting time, None where unknown.
+    `located` is its lock-up by the speeds and `recorded` its recorded shifting time, None where unknown.
     """
 
-    label: str
-    zero: float
-    begin: float
-    tracks: Mapping[str, Track]
-    further: Mapping[str, Track]
-    numbers: Mapping[str, float]
     located: LockUp | None
     recorded: float | None
 
@@ -37,11 +29,6 @@ class Engagement:
     def measured_time(self) -> float | None:
         """The recorded shifting time, else that by the speeds."""
         return self.recorded if self.recorded is not None else self.located.time if self.located else None
-
-    @property
-    def end(self) -> float:
-        """Time of the last sample that all signals have."""
-        return min(float(signal.time[-1]) for signal in self.tracks.values())
 
 
 def engagements(source: Source, mapping: ChannelMap, numbers: Numbers, gear_ratio: float,
@@ -58,12 +45,12 @@ def engagements(source: Source, mapping: ChannelMap, numbers: Numbers, gear_rati
     if mapping.trigger is not None:
         # Where a change marks the next engagement, the first one begins with the file.
         starts = np.append(starts if mapping.trigger.level is None else [],
-                           _read_marks(source, mapping, mapping.trigger, "trigger"))
+                           read_marks(source, mapping, mapping.trigger, "trigger"))
     ends = np.append(starts[1:], np.nextafter(end, np.inf))
     commands = None if isinstance(mapping.shift_command, float) else \
-        _read_marks(source, mapping, mapping.shift_command, "shift command")
+        read_marks(source, mapping, mapping.shift_command, "shift command")
     marked = mapping.shifting_time if isinstance(mapping.shifting_time, Marker) else None
-    lock_marks = None if marked is None else _read_marks(source, mapping, marked, "lock-up")
+    lock_marks = None if marked is None else read_marks(source, mapping, marked, "lock-up")
     for number, (start, stop) in enumerate(zip(starts, ends, strict=True)):
         label = source.name if mapping.trigger is None else f"{source.name}, engagement {number}"
         if commands is None:
@@ -89,10 +76,10 @@ def engagements(source: Source, mapping: ChannelMap, numbers: Numbers, gear_rati
         elif mapping.shifting_time is not None:
             assert not isinstance(mapping.shifting_time, Marker)
             recorded = numbers.number(source, number, "shifting_time", mapping.shifting_time, zero, stop)
-        yield Engagement(label, zero, float(start), cut,
-                         {name: signal.between(start, stop, zero) for name, signal in further.items()},
-                         numbers.of(source, number, zero, float(stop)),
-                         _locate_lock_up(cut, gear_ratio, horizon), recorded)
+        yield Engagement(label=label, zero=zero, begin=float(start), tracks=cut,
+                         further={name: signal.between(start, stop, zero) for name, signal in further.items()},
+                         numbers=numbers.of(source, number, zero, float(stop)),
+                         located=_locate_lock_up(cut, gear_ratio, horizon), recorded=recorded)
 
 
 def _nearest_sample(tracks: Mapping[str, Track], zero: float, label: str) -> float:
@@ -100,23 +87,12 @@ def _nearest_sample(tracks: Mapping[str, Track], zero: float, label: str) -> flo
 
     A clock between the samples would mix neighbours, and calibration and study would misjudge the noise.
     """
-    time = min(tracks.values(), key=lambda signal: len(signal.time)).time
+    time = slowest_of(tracks).time
     step = float(time[-1] - time[0]) / max(len(time) - 1, 1)
     if not time[0] - step <= zero <= time[-1] + step:
         raise BadRecording(f"The shift command of {label} is at {zero:g} s, and its samples are from {time[0]:g} to "
                            f"{time[-1]:g} s", "Correct [shift_command] or [trigger], or leave the file out")
     return float(time[np.argmin(np.abs(time - zero))])
-
-
-def _read_marks(source: Source, mapping: ChannelMap, marker: Marker, what: str) -> np.ndarray:
-    channel = track(source, marker.source, mapping.time, None)
-    marks = instants(marker, channel.time, channel.values)
-    if not len(marks):
-        raise BadRecording(
-            f"The channel '{marker.source.channel}' of {source.name} never marks a {what}: it lies between "
-            f"{np.nanmin(channel.values):g} and {np.nanmax(channel.values):g} {channel.unit}".rstrip(),
-            "Correct `above` or `below` in the mapping; they are in the unit of the file")
-    return marks
 
 
 def _locate_lock_up(tracks: Mapping[str, Track], gear_ratio: float, horizon: float) -> LockUp | None:

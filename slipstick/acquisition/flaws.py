@@ -32,18 +32,18 @@ class Flaw:
     end: float
 
 
-def flaws(time: np.ndarray, values: np.ndarray, limits: tuple[float, float] | None = None) -> tuple[Flaw, ...]:
+def flaws(time: np.ndarray, values: np.ndarray, limits: tuple[float, float] | None = None,
+          gap: float | None = None) -> tuple[Flaw, ...]:
     """The flaws of `values` (k,) at `time` (k,) s, which reach the `limits` of the sensor where they saturate.
 
-    A missing value (NaN) is a gap. Without limits, saturation is a plateau at the largest magnitude that the signal
-    enters or leaves by more than its resolution.
+    A missing value (NaN) is a gap, and so is a step of more than `gap` s (default: 1.5 usual ones). Without limits,
+    saturation is a plateau at the largest magnitude that the signal enters or leaves by more than its resolution.
     """
     known = np.isfinite(values)
     if known.sum() < _SPIKE_WIDTH:
         return (Flaw("gap", float(time[0]), float(time[-1])),)
-    step = sampling_step(time)
     whole = np.concatenate([time[:1], time[known], time[-1:]])
-    missing = np.flatnonzero(np.diff(whole) > GAP * step)
+    missing = np.flatnonzero(np.diff(whole) > (gap or GAP * sampling_step(time)))
     entries = [Flaw("gap", float(whole[place]), float(whole[place + 1])) for place in missing]
     time, values = time[known], values[known]
     entries += [Flaw("spike", float(time[place]), float(time[place])) for place in _spikes(values)]

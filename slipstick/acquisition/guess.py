@@ -3,15 +3,18 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 
 import numpy as np
 
 from slipstick.acquisition.channel import Channel, Listed, Source
+from slipstick.acquisition.machine_mapping import CUTS
 from slipstick.acquisition.mapping import ChannelRef, Marker
 from slipstick.acquisition.markers import instants
 from slipstick.acquisition.units import spelled
 from slipstick.bench import Bench
 from slipstick.errors import BadRecording
+from slipstick.machine import Machine
 from slipstick.numerics.quantities import NotAQuantity, convert
 
 _WORDS = {
@@ -52,13 +55,12 @@ class Proposal:
 def propose(source: Source, bench: Bench) -> Proposal:
     """A mapping for files like `source`, with conditions of the `bench`; every guess has its reason beside it."""
     listed = source.listed()
-    first = next((channel for entry in listed if (channel := _read(source, entry.name)) is not None), None)
-    needs_time = first is not None and first.time is None
+    needs_time = _needs_time(source, listed)
     taken: set[str] = set()
     guesses = {}
     for name in ("time", "pressure", "output_torque", "motor_speed", "input_speed", "output_speed", "current",
                  "oil_temperature"):
-        guesses[name] = _guess(name, [entry for entry in listed if entry.name not in taken])
+        guesses[name] = _guess(name, [entry for entry in listed if entry.name not in taken], _UNITS[name])
         proposed = guesses[name].channel
         if proposed is not None:
             taken.add(proposed.name)
@@ -69,10 +71,70 @@ def propose(source: Source, bench: Bench) -> Proposal:
     return _write_proposal(source, bench, guesses, shift, level)
 
 
-def _guess(name: str, channels: Sequence[Listed]) -> Guess:
+def propose_for_machine(source: Source, machine: Machine) -> Proposal:
+    """A mapping for files like `source` and a declared machine; every guess has its reason beside it."""
+    lines, missing, listed = _head(source), list[str](), list(source.listed())
+    guesses = list[Guess]()
+
+    def section(heading: str, guess: Guess, unit: str) -> None:
+        guesses.append(guess)
+        lines.extend([heading, *_lines(guess, unit, missing), ""])
+        if guess.channel is not None:
+            listed.remove(guess.channel)
+
+    if _needs_time(source, listed):
+        section("[time]", _guess("time", listed, "s"), "s")
+    wanted = [*(("signals", each.signal, each.unit) for each in machine.sensors),
+              *(("commands", each.name, each.unit) for each in machine.commands),
+              *(("further", each, None) for each in machine.inputs)]
+    # A channel that is called like a signal is not left to another one, whose unit alone fits.
+    for kind, name, unit in sorted(wanted, key=lambda each: not _called(each[1], listed)):
+        section(f'[{kind}."{name}"]', _guess_named(name, listed, unit), unit or "1")
+    lines.append("[conditions]")
+    for each in machine.conditions:
+        missing.append(each.name)
+        lines.append(f'# OPEN: "{each.name}" = {{ value = "1 {each.unit}" }}, or a name, column or channel')
+    lines += ["", "[runs]", "# Without `cut` each file is a run. Of one long recording, give one of:",
+              *(f'# cut = "{cut}"' for cut in CUTS)]
+    return Proposal("\n".join(lines) + "\n", tuple(guesses), tuple(missing))
+
+
+def _called(name: str, channels: Sequence[Listed]) -> list[Listed]:
+    """The channels whose name has that of a signal in it, or nearly is it."""
+    def bare(text: str) -> str:
+        return re.sub(r"[\W_]+", "", text).lower()
+
+    return [channel for channel in channels if bare(name) in bare(channel.name)] or [
+        channel for channel in channels if get_close_matches(bare(name), [bare(channel.name)])]
+
+
+def _guess_named(name: str, channels: Sequence[Listed], unit: str | None) -> Guess:
+    """The channel that is called like a signal, or the only one whose stated unit fits; any unit fits None."""
+    fitting = [channel for channel in channels if unit is None or _fits(channel.unit, unit or "1")]
+    alike = _called(name, channels)
+    by_name = [channel for channel in alike if channel in fitting]
+    if by_name or alike:
+        return _choose(name, alike, by_name)
+    by_unit = [channel for channel in fitting if channel.unit] if unit else []
+    if len(by_unit) == 1:
+        return Guess(name, by_unit[0], f"the unit '{by_unit[0].unit}', which no other channel has", False)
+    return Guess(name, None, "no channel has such a name, or such a unit alone", False)
+
+
+def _needs_time(source: Source, listed: Sequence[Listed]) -> bool:
+    """Whether the channels of a file have no times of their own."""
+    first = next((channel for entry in listed if (channel := _read(source, entry.name)) is not None), None)
+    return first is not None and first.time is None
+
+
+def _guess(name: str, channels: Sequence[Listed], unit: str) -> Guess:
     by_name = [channel for channel in channels
                if re.search(_WORDS[name], channel.name, re.IGNORECASE if name != "current" else 0)]
-    fitting = [channel for channel in by_name if _fits(channel.unit, _UNITS[name])]
+    return _choose(name, by_name, [channel for channel in by_name if _fits(channel.unit, unit)])
+
+
+def _choose(name: str, by_name: Sequence[Listed], fitting: Sequence[Listed]) -> Guess:
+    """The best of the `fitting` ones of the channels `by_name`."""
     if not fitting:
         other = f"; '{by_name[0].name}' has the unit '{by_name[0].unit}'" if by_name else ""
         return Guess(name, None, f"no channel has such a name and unit{other}", False)
@@ -147,8 +209,7 @@ def _read(source: Source, name: str) -> Channel | None:
 
 
 def _write_proposal(source: Source, bench: Bench, guesses: dict[str, Guess], shift: Guess, level: float) -> Proposal:
-    lines = [f"# Proposed from the names and units of {source.name}. Check every line below a GUESS, and fill in every",
-             "# line marked OPEN. docs/your_files.md describes the keys.", ""]
+    lines = _head(source)
     missing: list[str] = []
     if "time" in guesses:
         lines += ["[time]", *_lines(guesses["time"], "s", missing, key="channel"), ""]
@@ -168,6 +229,11 @@ def _write_proposal(source: Source, bench: Bench, guesses: dict[str, Guess], shi
     if oil.channel is not None:
         lines += ["", "[further.oil_temperature]", *_lines(oil, "degC", missing)]
     return Proposal("\n".join(lines) + "\n", (*guesses.values(), shift), tuple(missing))
+
+
+def _head(source: Source) -> list[str]:
+    return [f"# Proposed from the names and units of {source.name}. Check every line below a GUESS, and fill in every",
+            "# line marked OPEN. docs/your_files.md describes the keys.", ""]
 
 
 def _lines(guess: Guess, unit: str, missing: list[str], key: str = "channel") -> list[str]:

@@ -4,17 +4,17 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
-from slipstick.acquisition.alignment import Window, align, common_window
+from slipstick.acquisition.alignment import Window, align, choose_step, make_window
 from slipstick.acquisition.channel import Source
-from slipstick.acquisition.clock import FILTER, JITTER, sampling_step
+from slipstick.acquisition.clock import sampling_step
 from slipstick.acquisition.doubts import doubts
 from slipstick.acquisition.engagement import Engagement, engagements
-from slipstick.acquisition.flaws import flaws
+from slipstick.acquisition.excerpt import describe_channels, find_defect, tell_channels, tell_formats, tell_origins
 from slipstick.acquisition.mapping import ChannelMap
+from slipstick.acquisition.mapping_file import NUMBERS
 from slipstick.acquisition.numbers import Numbers, Plan
 from slipstick.acquisition.open_questions import open_questions
-from slipstick.acquisition.result import Imported, MappedChannel, SetAside
-from slipstick.acquisition.units import spelled
+from slipstick.acquisition.result import Imported, SetAside
 from slipstick.bench import Bench, parameters
 from slipstick.bench.conditions import CONDITION_UNITS, INPUT_UNITS, Conditions
 from slipstick.errors import BadRecording, InvalidValue
@@ -29,9 +29,9 @@ def import_sources(sources: Iterable[Source], mapping: ChannelMap, bench: Bench,
     `progress` is called with the name of each file that was read. Raises `BadRecording`, which names file, channel or
     row, if a file does not have what is mapped or no engagement remains.
     """
-    sheet = Plan.read(plan, mapping.plan) if plan is not None and mapping.plan is not None else None
+    sheet = Plan.read(plan, mapping.plan, mapping.experiment) if plan is not None and mapping.plan is not None else None
     remarks = _require_conditions(mapping, bench)
-    numbers = Numbers(mapping, sheet, (bench.profiles[0], bench.profiles[1]))
+    numbers = Numbers(mapping, sheet, {**NUMBERS, "shifting_time": "s"}, (bench.profiles[0], bench.profiles[1]))
     gear_ratio = bench.physics.nominal[parameters.index("gear_ratio")]
     horizon = mapping.end if mapping.end is not None else float(bench.profiles[0][:, -1].max())
     candidates: list[Engagement] = []
@@ -43,9 +43,7 @@ def import_sources(sources: Iterable[Source], mapping: ChannelMap, bench: Bench,
         progress(source.name)
     if not candidates:
         raise BadRecording("No file was given", "Name the files of the recordings")
-    remarks += [f"{names[0] if len(names) == 1 else f'{len(names)} files, {names[0]} first'}: {remark}"
-                for remark, names in formats.items()]
-    return _of_engagements(candidates, mapping, bench, remarks)
+    return _of_engagements(candidates, mapping, bench, [*remarks, *tell_formats(formats)])
 
 
 def _require_conditions(mapping: ChannelMap, bench: Bench) -> list[str]:
@@ -73,10 +71,11 @@ def _require_conditions(mapping: ChannelMap, bench: Bench) -> list[str]:
 
 def _of_engagements(candidates: Sequence[Engagement], mapping: ChannelMap, bench: Bench,
                     remarks: list[str]) -> Imported:
-    window = common_window(candidates, mapping, bench)
+    window, chosen = _common_window(candidates, mapping, bench)
     kept, aside = [], []
     for engagement in candidates:
-        reason = _defect(engagement, window)
+        reason = find_defect(engagement, window, mapping.origin) or \
+            _lack(engagement, window, float(bench.profiles[0][:, -1].min()))
         if reason:
             aside.append(SetAside(engagement.label, reason))
         else:
@@ -102,37 +101,57 @@ def _of_engagements(candidates: Sequence[Engagement], mapping: ChannelMap, bench
     except (InvalidValue, BadRecording) as error:
         raise BadRecording(f"{error.cause} (conditions in the order of the engagements, {kept[0].label} first)",
                            error.remedy) from error
-    channels = _channels(kept, mapping)
+    mapped = {**mapping.signals, **mapping.further}
+    channels = describe_channels([{**engagement.tracks, **engagement.further} for engagement in kept], mapped)
     return Imported(
-        recordings, tuple(engagement.label for engagement in kept), window.step, channels,
-        np.array([engagement.located.time if engagement.located else np.nan for engagement in kept]),
-        np.array([engagement.located.error if engagement.located else np.nan for engagement in kept]),
-        mapping.shifting_time is None, tuple(aside),
-        (*remarks, _shift_commands(kept), *window.remarks, *_remarks(channels, mapping, window.step)),
-        doubts(recordings, bench),
-        open_questions(signals.names, bench))
+        recordings=recordings, labels=tuple(engagement.label for engagement in kept), step=window.step,
+        channels=channels,
+        located=np.array([engagement.located.time if engagement.located else np.nan for engagement in kept]),
+        error=np.array([engagement.located.error if engagement.located else np.nan for engagement in kept]),
+        computed=mapping.shifting_time is None, set_aside=tuple(aside),
+        remarks=(*remarks, tell_origins(kept, mapping), *chosen, *tell_channels(channels, mapped, mapped, window.step)),
+        doubts=doubts(recordings, bench), open_questions=open_questions(signals.names, bench))
 
 
-def _defect(engagement: Engagement, window: Window) -> str:
-    """Why an engagement cannot be used; empty where it can."""
-    needed = window.end if window.time[-1] > 0 else engagement.end
-    for name, signal in engagement.tracks.items():
-        near = signal.between(-window.step, needed + window.step)
-        if not len(near.time) or (near.time[0] > 0 and near.time[0] > window.step):
-            return f"{name} ('{signal.channel}') has no samples at the shift command"
-        flawed = flaws(near.time, near.values, signal.limits)
-        if flawed:
-            first = flawed[0]
-            more = f", and {len(flawed) - 1} more flaws" if len(flawed) > 1 else ""
-            return (f"{name} ('{signal.channel}') has a {first.kind} from {first.start:.4g} to {first.end:.4g} s after "
-                    f"the shift command{more}")
+def _common_window(engagements: Sequence[Engagement], mapping: ChannelMap, bench: Bench) -> tuple[Window, list[str]]:
+    """The clock that the mapping states, or the slowest signal and the end of the shortest engagement that locks.
+
+    With remarks on how step and end were chosen. Raises `BadRecording` where a clock is asked for that is faster than a
+    signal, has fewer than two samples, or ends after all engagements.
+    """
+    steps = {name: [sampling_step(engagement.tracks[name].time) for engagement in engagements]
+             for name in mapping.signals}
+    # Times in files are rounded; their median step is off in the last digits.
+    step, remarks = choose_step({name: float(f"{max(each):.4g}") for name, each in steps.items()}, mapping.step)
+    profile_end = float(bench.profiles[0][:, -1].min())
+    end, longest = mapping.end, max(engagement.end for engagement in engagements)
+    if end is None:
+        locked = [engagement for engagement in engagements if engagement.measured_time is not None
+                  and engagement.end > engagement.measured_time] or list(engagements)
+        shortest = min(locked, key=lambda engagement: engagement.end)
+        end = min(shortest.end, profile_end)
+        remarks.append(f"the recordings end {end:.4g} s after the shift command, " + (
+            "with the current profile" if end == profile_end else
+            "with all engagements" if longest - end < step else
+            f"with the shortest engagement that locks, {shortest.label}; the longest ends at {longest:.4g} s"))
+    elif end > longest + step:
+        raise BadRecording(f"clock.end is {end:g} s, and the longest engagement ends {longest:.4g} s after its shift "
+                           "command", f"Give an end of at most {longest:.4g} s, or none")
+    if end < step:
+        raise BadRecording(f"clock.step is {step:g} s, and the recordings end {end:.4g} s after the shift command",
+                           "Give a shorter step, or a later end")
+    return make_window(step, min(map(min, steps.values())), end), remarks
+
+
+def _lack(engagement: Engagement, window: Window, profile_end: float) -> str:
+    """What an engagement without flaws lacks; empty for nothing."""
     if engagement.end < window.end - window.step / 2:
         return f"it ends {engagement.end:.4g} s after the shift command, and the recordings at {window.end:.4g} s"
     if engagement.measured_time is None and not {"input_speed", "output_speed"} <= engagement.tracks.keys():
         return "no shifting time is recorded, and to compute it both speeds are needed"
     if engagement.measured_time is None:
         return "no lock-up: no shifting time is recorded, and the speeds do not meet"
-    if engagement.measured_time <= 0 or engagement.measured_time > window.profile_end:
+    if engagement.measured_time <= 0 or engagement.measured_time > profile_end:
         return f"its shifting time of {engagement.measured_time:.4g} s is not within its current profile"
     return ""
 
@@ -153,44 +172,3 @@ def _conditions(kept: Sequence[Engagement], bench: Bench) -> Conditions:
     return Conditions(profile.astype(np.int64), column("motor_speed"), column("load_inertia"), column("brake_torque"),
                       bench.conditions.profile_time, bench.conditions.profile_current, order, **given,
                       profile_input_torque=bench.conditions.profile_input_torque)
-
-
-def _channels(kept: Sequence[Engagement], mapping: ChannelMap) -> tuple[MappedChannel, ...]:
-    channels = []
-    for name, ref in {**mapping.signals, **mapping.further}.items():
-        tracks = [(engagement.tracks if name in mapping.signals else engagement.further)[name] for engagement in kept]
-        channels.append(MappedChannel(
-            name, ref.channel, tracks[0].stated, tracks[0].unit, ref.sign,
-            float(np.median([sampling_step(signal.time) for signal in tracks if len(signal.time) > 1] or [np.nan])),
-            min(float(np.nanmin(signal.values, initial=np.inf)) for signal in tracks),
-            max(float(np.nanmax(signal.values, initial=-np.inf)) for signal in tracks),
-            next((signal.note for signal in tracks if signal.note), "")))
-    return tuple(channels)
-
-
-def _shift_commands(kept: Sequence[Engagement]) -> str:
-    """Where t = 0 was put."""
-    first, after = kept[0], [engagement.zero - engagement.begin for engagement in kept]
-    others = f"; in all engagements, {min(after):.4g} to {max(after):.4g} s after the first sample"
-    return (f"t = 0 was put at {first.zero:.6g} s on the clock of {first.label}, {after[0]:.4g} s after its first "
-            f"sample at {first.begin:.6g} s{others if len(kept) > 1 else ''}")
-
-
-def _remarks(channels: Sequence[MappedChannel], mapping: ChannelMap, step: float) -> tuple[str, ...]:
-    """Where the unit of the mapping takes the place of another one in the files, and how clocks were changed."""
-    lines = []
-    for channel in channels:
-        if channel.note:
-            lines.append(f"{channel.name} ('{channel.channel}'): {channel.note}")
-        written = {**mapping.signals, **mapping.further}[channel.name].unit
-        if written and channel.stated and spelled(written) != spelled(channel.stated):
-            lines.append(f"{channel.name}: the files state the unit {channel.stated} for '{channel.channel}', the "
-                         f"mapping {written}: that of the mapping was used")
-    faster = [channel.name for channel in channels if channel.step * JITTER < step]
-    if faster:
-        lines.append(f"{', '.join(faster)}: sampled faster than the common clock, and brought to it by {FILTER}")
-    slower = [channel.name for channel in channels if channel.step > step * JITTER]
-    if slower:
-        lines.append(f"{', '.join(slower)}: sampled slower than the common clock, and interpolated linearly between "
-                     "samples")
-    return tuple(lines)

@@ -1,8 +1,9 @@
 """Read `channels.toml`; errors name the key and its line."""
 
 import re
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict, TypeVar
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from slipstick.acquisition.mapping import (
     ChannelMap,
     ChannelRef,
     Constant,
+    FileMap,
     FromColumn,
     FromName,
     Marker,
@@ -27,6 +29,7 @@ from slipstick.recordings.signals import SIGNAL_UNITS
 NUMBERS = {**CONDITION_UNITS, **INPUT_UNITS, "run_order": "1"}
 """The numbers that [conditions] may state for each engagement, and their units."""
 
+Kind = TypeVar("Kind", bound=FileMap)
 _CHANNEL = ("channel", "unit", "sign", "time", "limits")
 _MARKER = ("channel", "time", "above", "below", "changes")
 _SOURCES = ("value", "name", "column", "channel")
@@ -36,17 +39,27 @@ _FURTHER = re.compile(r"[a-z][a-z0-9_]{0,63}")
 
 def open_mapping(path: Path) -> ChannelMap:
     """Read the mapping at `path`; raises `BadRecording` with key and line, and `UnknownName` where there is no file."""
+    return read_mapping(read_content(path), path.name)
+
+
+def read_content(path: Path) -> bytes:
+    """The bytes of a mapping; raises `UnknownName` where there is no file."""
     if not path.is_file():
         raise UnknownName.of("mapping", path.name, [other.name for other in path.parent.glob("*.toml")])
-    return read_mapping(path.read_bytes(), path.name)
+    return path.read_bytes()
 
 
 def read_mapping(content: bytes, name: str) -> ChannelMap:
     """Read the bytes of a mapping, called `name` in errors; raises `BadRecording` with key and line."""
+    return read_document(content, name, _read)
+
+
+def read_document(content: bytes, name: str, reader: Callable[[Section, str], Kind]) -> Kind:
+    """Read the bytes of any mapping by the `reader` of its kind; raises `BadRecording` with key and line."""
     if len(content) > _LARGEST:
         raise BadRecording(f"{name} is larger than {_LARGEST:,} bytes", "Keep conditions in a sheet of their own")
     try:
-        return _read(Document.read(content.decode("utf-8-sig"), name).root, name)
+        return reader(Document.read(content.decode("utf-8-sig"), name).root, name)
     except UnicodeDecodeError as error:
         raise BadRecording(f"Byte {error.start} of {name} is not UTF-8", "Save the file as UTF-8") from None
     except BadBench as error:  # the reader of TOML documents is that of benches
@@ -73,22 +86,41 @@ def _read(root: Section, name: str) -> ChannelMap:
     command = root.section("shift_command")
     is_time = set(command.values) == {"time"}
     mapping = ChannelMap(
-        name, {key: _channel(given.section(key), SIGNAL_UNITS[key]) for key in given.values},
-        {key: _number(conditions, key, NUMBERS[key]) for key in conditions.values if key in NUMBERS},
-        command.quantity("time", "s") if is_time else _marker(command, "time = \"0 s\", "), _time(root.section("time")),
-        _marker(root.section("trigger")) if "trigger" in root.values else None,
-        _shifting_time(root) if "shifting_time" in root.values else None,
-        {key: _channel(further.section(key), "") for key in further.values},
-        _pattern(conditions) if "pattern" in conditions.values else None,
-        conditions.text("plan") if "plan" in conditions.values else None,
-        _positive(clock, "step"), _positive(clock, "end"), _csv(root.section("csv")),
-        root.text("description") if "description" in root.values else "")
-    _require_groups(conditions, mapping)
+        name=name, signals={key: read_channel(given.section(key), SIGNAL_UNITS[key]) for key in given.values},
+        conditions={key: read_number(conditions, key, NUMBERS[key]) for key in conditions.values if key in NUMBERS},
+        shift_command=command.quantity("time", "s") if is_time else read_marker(command, "time = \"0 s\", "),
+        trigger=read_marker(root.section("trigger")) if "trigger" in root.values else None,
+        shifting_time=_shifting_time(root) if "shifting_time" in root.values else None,
+        further={key: read_channel(further.section(key), "") for key in further.values},
+        end=read_positive(clock, "end"), **read_files(root))
+    require_groups(conditions, {**mapping.conditions, "shifting_time": mapping.shifting_time}, mapping)
     return mapping
 
 
-def _channel(section: Section, unit: str) -> ChannelRef:
-    section.keys(_CHANNEL if unit else _CHANNEL[:-1])
+class FileKeys(TypedDict):
+    """How the files of any mapping are read."""
+
+    time: TimeRef
+    pattern: re.Pattern[str] | None
+    plan: str | None
+    step: float | None
+    csv: CsvOptions
+    description: str
+
+
+def read_files(root: Section) -> FileKeys:
+    """Read how the files of a mapping are read."""
+    conditions = root.section("conditions")
+    return {"time": _time(root.section("time")),
+            "pattern": _pattern(conditions) if "pattern" in conditions.values else None,
+            "plan": conditions.text("plan") if "plan" in conditions.values else None,
+            "step": read_positive(root.section("clock"), "step"), "csv": _csv(root.section("csv")),
+            "description": root.text("description", "")}
+
+
+def read_channel(section: Section, unit: str, also: tuple[str, ...] = ()) -> ChannelRef:
+    """Read a channel that is wanted in `unit`, "" for any; its section may have `also` other keys."""
+    section.keys((*(_CHANNEL if unit else _CHANNEL[:-1]), *also))
     sign = section.quantity("sign", "1", 1.0)
     if sign not in (1, -1):
         raise section.error("sign", f"{sign:g} is neither 1 nor -1", "Use `unit` for factors")
@@ -104,13 +136,14 @@ def _channel(section: Section, unit: str) -> ChannelRef:
     return ChannelRef(section.text("channel"), written, sign, _own_time(section), limits)
 
 
-def _marker(section: Section, other: str = "") -> Marker:
-    section.keys(_MARKER)
+def read_marker(section: Section, other: str = "", also: tuple[str, ...] = ()) -> Marker:
+    """Read what marks an instant; its section may have `also` other keys."""
+    section.keys((*_MARKER, *also))
     stated = [key for key in ("above", "below", "changes") if key in section.values]
     if "channel" not in section.values or len(stated) != 1:
         raise section.document.error(section.path, "this does not say what marks the instant",
                                      f"Write {other}channel and above = 0.5, below = 0.5 or changes = true")
-    source = ChannelRef(section.text("channel"), time=_own_time(section))
+    source = read_source(section)
     if stated == ["changes"]:
         if not section.flag("changes", True):
             raise section.error("changes", "false marks nothing", "Write changes = true, above or below")
@@ -119,14 +152,20 @@ def _marker(section: Section, other: str = "") -> Marker:
     return Marker(source, level, stated == ["above"])
 
 
-def _number(conditions: Section, key: str, unit: str) -> NumberSource:
+def read_source(section: Section) -> ChannelRef:
+    """Read a channel that is taken as the file has it."""
+    return ChannelRef(section.text("channel"), time=_own_time(section))
+
+
+def read_number(conditions: Section, key: str, unit: str) -> NumberSource:
+    """Read where a number of each experiment, wanted in `unit`, comes from."""
     section = conditions.section(key)
     stated = [key for key in _SOURCES if key in section.values]
     if len(stated) != 1:
         raise conditions.error(key, f"{'more than one' if stated else 'no'} source is given",
                                "Give one of value, name (a group of the pattern), column (of the plan) and channel")
     if stated == ["channel"]:
-        return _channel(section, unit if key != "current_profile" else "A")
+        return read_channel(section, unit if key != "current_profile" else "A")
     section.keys((stated[0], "unit"))
     written = section.text("unit", "")
     if stated == ["value"]:
@@ -143,8 +182,8 @@ def _number(conditions: Section, key: str, unit: str) -> NumberSource:
 def _shifting_time(root: Section) -> Marker | NumberSource:
     section = root.section("shifting_time")
     if {"above", "below"} & set(section.values):
-        return _marker(section)
-    source = _number(root, "shifting_time", "s")
+        return read_marker(section)
+    source = read_number(root, "shifting_time", "s")
     if isinstance(source, ChannelRef):
         raise root.error("shifting_time", "a channel has no value at an instant",
                          "Add above or below to say what marks lock-up, or leave [shifting_time] out")
@@ -165,7 +204,7 @@ def _time(section: Section) -> TimeRef:
     unit = section.text("unit", "")
     if unit:
         _require_unit(section, unit, "s")
-    return TimeRef(section.text("channel", ""), unit, _positive(section, "step"))
+    return TimeRef(section.text("channel", ""), unit, read_positive(section, "step"))
 
 
 def _csv(section: Section) -> CsvOptions:
@@ -192,9 +231,9 @@ def _pattern(section: Section) -> re.Pattern[str]:
                             "such as (?P<speed>[0-9]+)") from None
 
 
-def _require_groups(section: Section, mapping: ChannelMap) -> None:
+def require_groups(section: Section, numbers: Mapping[str, object], mapping: FileMap) -> None:
+    """Refuse numbers of a pattern or sheet that the mapping does not have."""
     groups = set(mapping.pattern.groupindex) if mapping.pattern else set[str]()
-    numbers = {**mapping.conditions, "shifting_time": mapping.shifting_time}
     for key, source in numbers.items():
         if isinstance(source, FromName) and source.group not in groups:
             raise section.error(key, f"the pattern of file names has no group '{source.group}'",
@@ -204,7 +243,8 @@ def _require_groups(section: Section, mapping: ChannelMap) -> None:
                                 'Name it: conditions.plan = "plan.csv"')
 
 
-def _positive(section: Section, key: str) -> float | None:
+def read_positive(section: Section, key: str) -> float | None:
+    """Read a positive time in s; None where there is none."""
     if key not in section.values:
         return None
     value = section.quantity(key, "s")

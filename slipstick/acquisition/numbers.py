@@ -1,4 +1,4 @@
-"""The numbers of each engagement: from constants, file names, the sheet of conditions, or means of channels."""
+"""The numbers of each experiment: from constants, file names, the sheet of conditions, or means of channels."""
 
 import csv
 import io
@@ -9,17 +9,16 @@ import numpy as np
 
 from slipstick.acquisition.channel import Source
 from slipstick.acquisition.mapping import (
-    ChannelMap,
     ChannelRef,
     Constant,
+    FileMap,
     FromColumn,
     FromName,
     NumberSource,
 )
-from slipstick.acquisition.mapping_file import NUMBERS
 from slipstick.acquisition.names import Names
 from slipstick.acquisition.tracks import Track, track
-from slipstick.acquisition.units import factor_to, split_unit
+from slipstick.acquisition.units import convert_to, split_unit
 from slipstick.errors import BadRecording
 from slipstick.storage.cells import number
 
@@ -29,24 +28,24 @@ _STARTS = 1000
 
 @dataclass(frozen=True, eq=False)
 class Numbers:
-    """Finds the numbers of an engagement: by the `mapping`, the rows of the `plan` and the `profiles` of the bench.
+    """Finds the numbers of an experiment: by the `mapping` and the rows of the `plan`, in `units` by their names.
 
-    `profiles` are times in s and currents in A, (p, k) each.
+    A bench has `profiles` of current: times in s and currents in A, (p, k) each.
     """
 
-    mapping: ChannelMap
+    mapping: FileMap
     plan: "Plan | None"
-    profiles: tuple[np.ndarray, np.ndarray]
+    units: Mapping[str, str]
+    profiles: tuple[np.ndarray, np.ndarray] | None = None
 
-    def of(self, source: Source, engagement: int, start: float, end: float) -> dict[str, float]:
-        """All numbers of an engagement, counted in its file, from `start` to `end` in s."""
-        return {name: self.number(source, engagement, name, given, start, end)
+    def of(self, source: Source, place: int, start: float, end: float) -> dict[str, float]:
+        """All numbers of an experiment, counted in its file, from `start` to `end` in s."""
+        return {name: self.number(source, place, name, given, start, end)
                 for name, given in self.mapping.conditions.items()}
 
-    def number(self, source: Source, engagement: int, name: str, given: NumberSource, start: float,
-               end: float) -> float:
+    def number(self, source: Source, place: int, name: str, given: NumberSource, start: float, end: float) -> float:
         """One number in the unit of the model; raises `BadRecording`."""
-        unit = NUMBERS.get(name, "s")
+        unit = self.units[name]
         if isinstance(given, Constant):
             return given.value
         if isinstance(given, FromName):
@@ -58,32 +57,37 @@ class Numbers:
             return _value(text, "," if "," in text else ".", given.unit, unit,
                           f"'{given.group}' in the name '{source.name}'")
         if isinstance(given, FromColumn):
-            return self._cell(source.name, engagement, given, unit)
-        if name == "current_profile":
-            return float(self._nearest_profile(source, given, start, end))
-        mean = np.nanmean(_read_between(source, given, self.mapping, unit, start, end).values)
-        return float(mean)
+            return self._cell(source.name, place, given, unit)
+        if name == "current_profile" and self.profiles is not None:
+            return float(self._nearest_profile(source, given, self.profiles, start, end))
+        channel = source.channel(given.channel)
+        if len(channel.values) == 1:  # a constant that a file has beside its channels
+            where = f"The channel '{given.channel}' of {source.name}"
+            return given.sign * float(convert_to(unit, given.unit or channel.unit, channel.values, where)[0])
+        return float(np.nanmean(_read_between(source, given, self.mapping, unit, start, end).values))
 
-    def _cell(self, file: str, engagement: int, given: FromColumn, unit: str) -> float:
-        plan = self.plan
-        if plan is None or (file, engagement) not in plan.rows:
-            raise BadRecording(f"{self.mapping.plan} has no row for engagement {engagement} of {file}",
-                               "Add a row with this name in the column 'file', and the number in 'engagement' where a "
+    def _cell(self, file: str, place: int, given: FromColumn, unit: str) -> float:
+        plan, word = self.plan, self.mapping.experiment
+        key = file, place if plan is not None and plan.counted else 0
+        if plan is None or key not in plan.rows:
+            raise BadRecording(f"{self.mapping.plan} has no row for {word} {place} of {file}",
+                               f"Add a row with this name in the column 'file', and the number in '{word}' where a "
                                "file has several")
         column = plan.names.position(given.column)
         written = given.unit or split_unit(plan.headings[column])[1]
-        return _value(plan.rows[file, engagement][column], plan.decimal, written, unit,
+        return _value(plan.rows[key][column], plan.decimal, written, unit,
                       f"The column '{given.column}' of {plan.name}, row of {file}")
 
-    def _nearest_profile(self, source: Source, given: ChannelRef, start: float, end: float) -> int:
+    def _nearest_profile(self, source: Source, given: ChannelRef, profiles: tuple[np.ndarray, np.ndarray],
+                         start: float, end: float) -> int:
         """The current profile that the measured current follows; refused where no profile is clearly nearest."""
-        best, away, apart = self._follows(_read_between(source, given, self.mapping, "A", start, end), start)
+        best, away, apart = _follow(profiles, _read_between(source, given, self.mapping, "A", start, end), start)
         if away < apart:
             return best
         # From another instant on, it may follow one; of the end of an engagement, too little is left to tell.
-        whole = _read_between(source, given, self.mapping, "A", start - float(self.profiles[0].max()), end).known()
+        whole = _read_between(source, given, self.mapping, "A", start - float(profiles[0].max()), end).known()
         starts = whole.time[:len(whole.time) // 2 + 1]
-        tried = [(self._follows(whole.between(begin, end), begin), begin)
+        tried = [(_follow(profiles, whole.between(begin, end), begin), begin)
                  for begin in starts[::len(starts) // _STARTS + 1]]
         (other, off, limit), begin = min(tried, key=lambda candidate: candidate[0][1] - candidate[0][2])
         raise BadRecording(
@@ -92,25 +96,25 @@ class Numbers:
             f"Correct [shift_command]: from {begin:.3g} s on, the current follows profile {other}" if off < limit else
             "Check its unit and the shift command, or add the profile to the bench")
 
-    def _follows(self, measured: Track, start: float) -> tuple[int, float, float]:
-        """The profile nearest to a current, its root mean square distance in A, and that from which on it is another.
-        """
-        measured = measured.known()
-        currents = np.array([np.interp(measured.time - start, time, current)
-                             for time, current in zip(*self.profiles, strict=True)])
-        away = _rms(currents - measured.values)
-        best, *others = np.argsort(away)
-        # Half of the way to another profile, or the spread of the current where there is no other one.
-        apart = 0.5 * _rms(currents[others] - currents[best]).min() if others else float(np.std(currents[best]))
-        return int(best), float(away[best]), float(apart)
+
+def _follow(profiles: tuple[np.ndarray, np.ndarray], measured: Track, start: float) -> tuple[int, float, float]:
+    """The profile nearest to a current, its root mean square distance in A, and that from which on it is another."""
+    measured = measured.known()
+    currents = np.array([np.interp(measured.time - start, time, current)
+                         for time, current in zip(*profiles, strict=True)])
+    away = _rms(currents - measured.values)
+    best, *others = np.argsort(away)
+    # Half of the way to another profile, or the spread of the current where there is no other one.
+    apart = 0.5 * _rms(currents[others] - currents[best]).min() if others else float(np.std(currents[best]))
+    return int(best), float(away[best]), float(apart)
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
     """The sheet of conditions `name`: its `headings`, their unique `names`, and the cells of each row.
 
-    `rows` maps (file, number of the engagement in the file, 0 where it is not stated) to cells, whose numbers have the
-    sign `decimal`.
+    `rows` maps (file, number of the experiment in the file, 0 where it is not stated) to cells, whose numbers have the
+    sign `decimal`. Where experiments are not `counted`, the row of a file is that of all in it.
     """
 
     name: str
@@ -118,10 +122,11 @@ class Plan:
     names: Names
     rows: Mapping[tuple[str, int], Sequence[str]]
     decimal: str
+    counted: bool
 
     @classmethod
-    def read(cls, content: bytes, name: str) -> "Plan":
-        """Read the bytes of a sheet; raises `BadRecording`."""
+    def read(cls, content: bytes, name: str, word: str) -> "Plan":
+        """Read the bytes of a sheet, in which the column `word` counts the experiments; raises `BadRecording`."""
         try:
             text = content.decode("utf-8-sig")
         except UnicodeDecodeError as error:
@@ -133,24 +138,24 @@ class Plan:
             raise BadRecording(f"{name} has no column 'file'", "Name the file of each row in a column 'file'")
         names = Names.of_headings(name, headings, [str(place + 1) for place in range(len(headings))])
         file = names.position("file")
-        counted = names.position("engagement") if "engagement" in headings else None
+        counted = names.position(word) if word in headings else None
         rows: dict[tuple[str, int], Sequence[str]] = {}
         for cells in filter(any, reader):
-            engagement = "0" if counted is None or counted >= len(cells) else cells[counted].strip() or "0"
-            if len(cells) != len(headings) or not engagement.isdigit():
+            place = "0" if counted is None or counted >= len(cells) else cells[counted].strip() or "0"
+            if len(cells) != len(headings) or not place.isdigit():
                 raise BadRecording(f"Row {reader.line_num} of {name} does not have one cell for each column",
-                                   "Give as many cells as the first row has, and a whole number as `engagement`")
-            key = cells[file].strip(), int(engagement)
+                                   f"Give as many cells as the first row has, and a whole number as `{word}`")
+            key = cells[file].strip(), int(place)
             if key in rows:
-                raise BadRecording(f"Row {reader.line_num} of {name} is a second one for engagement {key[1]} of "
-                                   f"{key[0]}", "Give each engagement one row")
+                raise BadRecording(f"Row {reader.line_num} of {name} is a second one for {word} {key[1]} of {key[0]}",
+                                   f"Give each {word} one row")
             rows[key] = cells
         with_comma = separator != "," and any("," in cell and number(cell, ",") is not None
                                               for cells in rows.values() for cell in cells)
-        return cls(name, tuple(headings), names, rows, "," if with_comma else ".")
+        return cls(name, tuple(headings), names, rows, "," if with_comma else ".", counted is not None)
 
 
-def _read_between(source: Source, given: ChannelRef, mapping: ChannelMap, unit: str, start: float, end: float) -> Track:
+def _read_between(source: Source, given: ChannelRef, mapping: FileMap, unit: str, start: float, end: float) -> Track:
     channel = track(source, given, mapping.time, unit).between(start, end)
     if not np.any(np.isfinite(channel.values)):
         raise BadRecording(f"The channel '{given.channel}' of {source.name} has no values from {start:g} to {end:g} s",
@@ -168,4 +173,4 @@ def _value(text: str, decimal: str, written: str, unit: str, where: str) -> floa
     if value is None or not np.isfinite(value):
         raise BadRecording(f"{where}: it is '{text.strip()[:40]}', not a number with a decimal "
                            f"{'comma' if decimal == ',' else 'point'}", "Correct it, or leave the file out")
-    return value * factor_to(unit, written, where) if unit != "1" or written else value
+    return float(convert_to(unit, written, np.array(value), where))

@@ -7,7 +7,7 @@ import numpy as np
 from slipstick.acquisition.channel import Channel, Source
 from slipstick.acquisition.clock import own_clock
 from slipstick.acquisition.mapping import ChannelRef, TimeRef
-from slipstick.acquisition.units import factor_to
+from slipstick.acquisition.units import convert_to
 from slipstick.errors import BadRecording
 
 
@@ -33,6 +33,12 @@ class Track:
         last = min(last + 1, len(self.time)) if last < len(self.time) and self.time[last] == end else last
         return replace(self, time=self.time[first:last] - zero, values=self.values[first:last])
 
+    def around(self, start: float, end: float, zero: float) -> "Track":
+        """The samples from the last one before `start` to the first one after `end` in s, with `zero` as the origin."""
+        first = max(int(np.searchsorted(self.time, start, "right")) - 1, 0)
+        last = int(np.searchsorted(self.time, end)) + 1
+        return replace(self, time=self.time[first:last] - zero, values=self.values[first:last])
+
     def known(self) -> "Track":
         """The samples that are not missing."""
         seen = np.isfinite(self.values)
@@ -44,7 +50,9 @@ def track(source: Source, ref: ChannelRef, times: TimeRef, unit: str | None) -> 
     channel = source.channel(ref.channel)
     where = f"The channel '{ref.channel}' of {source.name}"
     written = ref.unit or channel.unit
-    factor = 1.0 if unit is None else factor_to(unit, written, where)
+    # An infinite reading is no reading.
+    values = np.where(np.isfinite(channel.values), channel.values, np.nan) if unit is None else \
+        convert_to(unit, written, channel.values, where)
     time = _times(source, channel, ref, times)
     if len(time) != len(channel.values):
         raise BadRecording(f"{where} has {len(channel.values)} samples for {len(time)} times",
@@ -54,7 +62,7 @@ def track(source: Source, ref: ChannelRef, times: TimeRef, unit: str | None) -> 
     # A sample without a time, as in a column that is shorter than others, cannot be used; where its value is there, it
     # leaves a gap. The clock of a group of MDF has a time for each sample.
     timed = np.isfinite(time) | (time is channel.time)
-    time, values = time[timed], channel.values[timed]
+    time, values = time[timed], ref.sign * values[timed]
     if len(time) < 2:
         raise BadRecording(f"{where} has {len(time)} samples with a time", "Map the times that belong to it")
     wrong = np.flatnonzero(~(np.diff(time) > 0))
@@ -63,8 +71,6 @@ def track(source: Source, ref: ChannelRef, times: TimeRef, unit: str | None) -> 
         raise BadRecording(f"The times of {where[0].lower() + where[1:]} do not increase at sample {sample} "
                            f"({time[sample]:g} s after {time[sample - 1]:g} s)",
                            "Remove duplicates, split the file where the clock starts again, or map the right times")
-    # An infinite reading is no reading.
-    values = np.where(np.isfinite(values), values * factor * ref.sign, np.nan)
     time, values, clock = own_clock(time, values)
     return Track(ref.channel, written if unit is None else unit, channel.unit, time, values, ref.limits,
                  "; ".join(note for note in (channel.note, clock) if note))
@@ -82,7 +88,7 @@ def _times(source: Source, channel: Channel, ref: ChannelRef, times: TimeRef) ->
         if not unit:
             raise BadRecording(f"{where} have no unit", f'State it in the mapping: time = {{ channel = '
                                f'"{stated.channel}", unit = "s" }} beside the channel, or [time] with unit = "s"')
-        return given.values * factor_to("s", unit, where)
+        return convert_to("s", unit, given.values, where)
     if stated.step is not None:
         return np.arange(len(channel.values)) * stated.step
     reason = f": {channel.no_time}" if channel.no_time else ""

@@ -35,10 +35,15 @@ def split_bracket(heading: str) -> tuple[str, str]:
     return (parts["name"], parts["content"].strip()) if parts else (heading.strip(), "")
 
 
-def factor_to(unit: str, written: str, where: str) -> float:
-    """The factor from the unit `written` to `unit`; `where` names file and channel in the error, `BadRecording`."""
+def convert_to(unit: str, written: str, values: np.ndarray, where: str) -> np.ndarray:
+    """Values of any shape in `unit` from those in `written`, missing ones as NaN.
+
+    Raises `BadRecording`, where `where` names file and channel.
+    """
+    known = np.isfinite(values)
     try:
-        return float(convert(np.array(1.0), spelled(written), unit))
+        converted = convert(np.where(known, values, 0.0), spelled(written), unit)
     except NotAQuantity as error:
         raise BadRecording(f"{where}: {error}",
                            f'State its unit in the mapping, such as unit = "{unit}"') from None
+    return np.where(known, converted, np.nan)

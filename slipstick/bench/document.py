@@ -14,7 +14,7 @@ from slipstick.errors import BadBench
 from slipstick.numerics.quantities import NotAQuantity, convert, in_unit
 
 _HEADER = re.compile(r"^\s*\[{1,2}\s*([^\]]+?)\s*\]{1,2}")
-_KEY = re.compile(r"^\s*([A-Za-z0-9_.-]+)\s*=")
+_KEY = re.compile(r"^\s*([A-Za-z0-9_.\" -]+?)\s*=")
 _QUOTES = re.compile(r'"""|\'\'\'')
 
 
@@ -125,7 +125,7 @@ class Document:
         """The error about the key at a dotted path; the line is that of the nearest part of the path that has one."""
         parts = path.split(".")
         for length in range(len(parts), 0, -1):
-            line = self.lines.get(".".join(parts[:length]))
+            line = self.lines.get(_plain(".".join(parts[:length])))
             if line is not None:
                 return BadBench(f"{self.name}, line {line}, {path}: {cause}", remedy)
         return BadBench(f"{self.name}, {path}: {cause}", remedy)
@@ -139,14 +139,19 @@ def _lines(text: str) -> Iterator[tuple[str, int]]:
         if was_quoted:
             continue  # a text over several lines has no keys
         if header := _HEADER.match(line):
-            prefix = header[1].replace('"', "").replace(" ", "")
+            prefix = _plain(header[1])
             if line.lstrip().startswith("[["):
                 counts[prefix] = counts.get(prefix, -1) + 1
                 prefix = f"{prefix}.{counts[prefix]}"
             yield f"{prefix}", number
             prefix += "."
         elif key := _KEY.match(line):
-            yield f"{prefix}{key[1]}", number
+            yield f"{prefix}{_plain(key[1])}", number
+
+
+def _plain(path: str) -> str:
+    """A dotted path without quotation marks and spaces, which names in it may have."""
+    return path.replace('"', "").replace(" ", "")
 
 
 def _example(unit: str) -> str:

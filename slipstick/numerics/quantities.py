@@ -55,7 +55,8 @@ def convert(values: np.ndarray, written: str, unit: str) -> np.ndarray:
                            other)
     registry = _registry()
     try:
-        factor = registry.Quantity(1.0, registry.parse_units(written)).to(registry.parse_units(unit)).magnitude
+        given, wanted = registry.parse_units(written), registry.parse_units(unit)
+        zero, factor = (registry.Quantity(number, given).to(wanted).magnitude for number in (0.0, 1.0))
     except Exception as error:  # pint raises tokenizer, attribute and arithmetic errors on malformed text
         reason = str(error).splitlines()[0] if str(error) else "it is not a unit"
         raise NotAQuantity(f"the unit '{written[:40]}' cannot be converted to {unit} ({reason})", other) from None
@@ -64,7 +65,8 @@ def convert(values: np.ndarray, written: str, unit: str) -> np.ndarray:
         raise NotAQuantity(f"the unit '{written[:40]}' does not say which angle, such as rpm or rad/s",
                            "Write rpm (for 1/min) or revolution/s (for 1/s or Hz) in its place if it counts revolu"
                            f"tions, rad/min or rad/s if radians, or convert the numbers to {unit}")
-    converted: np.ndarray = values * factor
+    # A degree Celsius has another zero than a kelvin.
+    converted: np.ndarray = registry.Quantity(values, given).to(wanted).magnitude if zero else values * factor
     return converted
 
 

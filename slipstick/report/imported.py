@@ -2,10 +2,11 @@
 
 from slipstick import __version__
 from slipstick.acquisition.comparison import Comparison
-from slipstick.acquisition.result import Imported
+from slipstick.acquisition.result import Imported, ImportedFiles, ImportedRuns
 from slipstick.bench import Bench
+from slipstick.machine import digest_of
 from slipstick.pictures.imported import CAPTIONS, engagement, overlay
-from slipstick.pictures.theme import Spec
+from slipstick.pictures.theme import Spec, in_words
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.report.markup import definitions, listing, paragraph, section, table
 from slipstick.report.shell import document, figures
@@ -17,8 +18,34 @@ _ROWS = ("engagement", "profile", "motor speed [rad/s]", "load inertia [kg m²]"
 
 def imported_page(name: str, imported: Imported, bench: Bench, comparison: Comparison | None) -> str:
     """The HTML page of an import called `name`; without a `comparison` of one engagement it has no pictures."""
-    n, aside = len(imported.labels), len(imported.set_aside)
-    title = f"{n} engagements imported{f', {aside} set aside' if aside else ''}"
+    return _page(name, imported, _pictures(imported, comparison), table(_ROWS, list(_rows(imported))), [
+        ("bench", f"{bench.name}, SHA-256 {bench.digest}"), ("recordings", f"SHA-256 {imported.recordings.digest}"),
+        ("description", imported.recordings.description)])
+
+
+def imported_runs_page(name: str, imported: ImportedRuns) -> str:
+    """The HTML page of an import of the runs of a machine, called `name`."""
+    runs = imported.runs
+    drawn = {**runs.signals, **{each: profile.at(runs.time) for each, profile in runs.commands.items()}}
+    picture = overlay(runs.time, drawn, {each: f"{each} [{_unit(runs.units[each])}]" for each in drawn}, "run",
+                      "begin of the run")
+    constants = {**runs.conditions, **{each: values for each, values in runs.channels.items() if values.ndim == 1}}
+    head = ("run", "begin in its file [s]", *(f"{each} [{_unit(runs.units[each])}]" for each in constants))
+    rows = [(label, f"{imported.begins[row]:.6g}", *(_signed(float(values[row]), ".5g")
+                                                    for values in constants.values()))
+            for row, label in enumerate(imported.labels)]
+    return _page(name, imported, {"runs": picture}, table(head, rows), [
+        ("machine", runs.machine), ("runs", f"SHA-256 {digest_of(runs)}"), ("description", runs.description)])
+
+
+def _unit(unit: str) -> str:
+    return unit or "1"
+
+
+def _page(name: str, imported: ImportedFiles, pictures: dict[str, Spec], rows: str,
+          provenance: list[tuple[str, str]]) -> str:
+    n, aside, word = len(imported.labels), len(imported.set_aside), imported.experiment
+    title = f"{n} {word}s imported{f', {aside} set aside' if aside else ''}"
     return document("import", name, title, [("Check:", doubt) for doubt in imported.doubts], [
         paragraph(summary(imported), "lead"),
         section("Channels", table(_CHANNELS, [
@@ -28,15 +55,17 @@ def imported_page(name: str, imported: Imported, bench: Bench, comparison: Compa
         section("Set aside", listing((f"{exclusion.label}:", exclusion.reason) for exclusion in imported.set_aside)),
         section("Not determined", *(paragraph(text) for text in imported.open_questions)),
         section("Detected or assumed", *(paragraph(text) for text in imported.remarks)),
-        section("Pictures", *figures(_pictures(imported, comparison), CAPTIONS).values()),
-        section("Engagements", table(_ROWS, list(_rows(imported)))),
-        section("Provenance", definitions([
-            ("bench", f"{bench.name}, SHA-256 {bench.digest}"), ("recordings", f"SHA-256 {imported.recordings.digest}"),
-            ("description", imported.recordings.description), ("version", f"Slipstick {__version__}")]))])
+        section("Pictures", *figures(pictures, CAPTIONS).values()), section(f"{word.title()}s", rows),
+        section("Provenance", definitions([*provenance, ("version", f"Slipstick {__version__}")]))])
 
 
-def summary(imported: Imported) -> str:
+def summary(imported: ImportedFiles) -> str:
     """The import in a sentence or two."""
+    if isinstance(imported, ImportedRuns):
+        time = imported.runs.time
+        return (f"Runs of {imported.runs.machine} have {len(time):,} samples each, every {1e3 * imported.step:g} ms "
+                f"from {time[0]:g} to {time[-1]:.4g} s after their begin.")
+    assert isinstance(imported, Imported)
     signals = imported.recordings.signals
     kind = "computed from the speeds" if imported.computed else "as recorded"
     text = f"Shifting times are {kind}. "
@@ -58,7 +87,10 @@ def _pictures(imported: Imported, comparison: Comparison | None) -> dict[str, Sp
             {name: values[row].tolist() for name, values in measured.items()},
             {name: values.tolist() for name, values in comparison.simulated.items()},
             float(imported.recordings.measured_time[row]), comparison.lock, comparison.gear_ratio),
-        "all": overlay(signals.time, measured, SIGNAL_UNITS, comparison.gear_ratio)}
+        "all": overlay(signals.time, {name: values / (comparison.gear_ratio if name == "input_speed" else 1.0)
+                                      for name, values in measured.items()},
+                       {name: f"{in_words(name)}{' ÷ gear ratio' if name == 'input_speed' else ''} "
+                              f"[{SIGNAL_UNITS[name]}]" for name in measured}, "engagement", "shift command")}
 
 
 def _signed(value: float, form: str = ".4g") -> str:
