@@ -75,8 +75,10 @@ class FindingLaw(BaseModel):
     quantity: str = Field(description="Quantity of the model that changes.")
     depends_on: str = Field(description="What the change depends on.")
     law: Law = Field(description="The measured law.")
-    links: dict[str, str] = Field(description="Addresses of the law as JSON and, if it has points, as CSV and as a "
-                                              "MATLAB file, by format.")
+    equation: str | None = Field(description="Equation of the effect with its fitted coefficients in numbers and "
+                                             "units; null where it was not fitted.")
+    links: dict[str, str] = Field(description="Addresses of the law as JSON and, if it has points, as CSV, MATLAB, "
+                                              "Modelica and C files, by format.")
 
 
 class LawList(BaseModel):

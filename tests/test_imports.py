@@ -23,7 +23,7 @@ MAY_IMPORT = {
     "slipstick.numerics": "numpy numba llvmlite pint threadpoolctl",
     "slipstick.bench": "numpy slipstick.errors slipstick.numerics slipstick.storage.sheet slipstick.storage.shipped",
     "slipstick.clutch": "numpy scipy numba llvmlite slipstick.errors slipstick.numerics "
-                        "slipstick.bench slipstick.clutch.effects",
+                        "slipstick.bench slipstick.clutch.effects slipstick.law_files",
     "slipstick.clutch.declared": "numpy scipy slipstick.bench slipstick.clutch slipstick.machine slipstick.recordings",
     "slipstick.clutch.effects": "numpy scipy slipstick.errors slipstick.bench.scales slipstick.clutch.fastmath "
                                 "slipstick.clutch.lag",
@@ -87,6 +87,8 @@ MAY_IMPORT = {
                          "slipstick.storage.isolated slipstick.storage.shipped",
     "slipstick.engine": "numpy scipy numba slipstick.errors slipstick.machine slipstick.numerics",
     "slipstick.machine_studies": "numpy slipstick.engine slipstick.machine slipstick.studies slipstick.time_budget",
+    "slipstick.law_files": "numpy scipy slipstick.errors",
+    "slipstick.law_files.machine_law": "numpy slipstick.errors slipstick.engine slipstick.machine slipstick.law_files",
     "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.numerics slipstick.bench slipstick.blocks "
                         "slipstick.engine.linear_model "
                         "slipstick.clutch slipstick.recordings",
@@ -94,8 +96,8 @@ MAY_IMPORT = {
                               "slipstick.blocks.whitening slipstick.clutch slipstick.engine.linear_model "
                               "slipstick.naming slipstick.recordings",
     "slipstick.studies": "numpy scipy slipstick.errors slipstick.numerics slipstick.bench slipstick.clutch "
-                       "slipstick.confirmation slipstick.naming slipstick.plausibility.mismatch slipstick.recordings "
-                       "slipstick.time_budget",
+                       "slipstick.confirmation slipstick.law_files slipstick.naming slipstick.plausibility.mismatch "
+                       "slipstick.recordings slipstick.time_budget",
     "slipstick.pictures": "numpy scipy vl_convert slipstick.errors slipstick.uncertainty",
     "slipstick.pictures.machine": "slipstick.machine slipstick.pictures",
     "slipstick.pictures.machine_study": "slipstick.machine_studies slipstick.pictures",
@@ -108,8 +110,8 @@ MAY_IMPORT = {
     "slipstick.report.machine_study": "slipstick.machine_studies slipstick.pictures slipstick.report "
                                       "slipstick.studies.record",
     "slipstick.report.made": "slipstick.errors slipstick.pictures slipstick.report",
-    "slipstick.report.study": "numpy slipstick.clutch.effects slipstick.pictures slipstick.recordings "
-                              "slipstick.report slipstick.studies",
+    "slipstick.report.study": "numpy slipstick.bench.parameters slipstick.clutch.effects slipstick.pictures "
+                              "slipstick.recordings slipstick.report slipstick.studies",
     "slipstick.interface": "numpy numba slipstick",
     "service": "numpy fastapi starlette uvicorn h11 pydantic pydantic_settings orjson prometheus_client sqlalchemy "
                "dbos slipstick",

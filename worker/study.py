@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--extended", type=Path, metavar="FILE.json",
                         help="write the model extended by what was found, for `build --model`")
     parser.add_argument("--laws", type=Path, metavar="DIR",
-                        help="write each measured law as a CSV and a MATLAB file into this folder")
+                        help="write each measured law into this folder, as CSV, MATLAB, Modelica and C files")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -5,7 +5,9 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Path, Query, Response
 
 from slipstick.errors import InvalidValue, UnknownName
-from slipstick.studies.export import file_stem, has_table, law_csv, law_mat
+from slipstick.law_files import FORMATS, write_law
+from slipstick.studies.export import file_stem, has_table, law_table
+from slipstick.studies.formula import equation
 from slipstick.studies.record import result_from_dict
 from slipstick.studies.result import FindingResult
 
@@ -20,11 +22,15 @@ router = APIRouter(prefix="/v1/studies/{id}/laws", tags=["studies"], route_class
 
 Index = Annotated[int, Path(description="Index (from 0) of the finding in the result of the study.", ge=0,
                             openapi_examples={"first": {"summary": "The first finding", "value": 0}})]
-Format = Literal["json", "csv", "mat"]
-_BINARY = "application/octet-stream"
-_FILES: dict[int | str, dict[str, Any]] = {200: {"description": "The law as JSON (`FindingLaw`), CSV or a MATLAB file",
-                "content": {"text/csv": {"schema": {"type": "string"}},
-                            _BINARY: {"schema": {"type": "string", "format": "binary"}}}}}
+Format = Literal["json", "csv", "mat", "mo", "h"]
+_FORMATS = ("`json`, or a file with the columns point, change, lower and upper end of its band, and the change by the "
+            "formula of the named effect if there is one: `csv`, with units in the headings, `mat`, a MATLAB file with "
+            "a row vector for each column, `mo`, a Modelica block with the table, or `h`, a C header with a function "
+            "of the change.")
+_FILES: dict[int | str, dict[str, Any]] = {200: {
+    "description": "The law as JSON (`FindingLaw`), CSV, a MATLAB file, a Modelica block or a C header",
+    "content": {media_type: {"schema": {"type": "string"} if media_type.startswith("text/") else
+                             {"type": "string", "format": "binary"}} for _, media_type in FORMATS.values()}}}
 
 
 @router.get("", summary="List the measured laws of a study", responses=error_responses(404, 409, 503))
@@ -37,11 +43,7 @@ def study_laws(id: StudyId, store: StudyStore) -> LawList:
 @router.get("/{n}", summary="Get a measured law of a study", response_model=FindingLaw,
             responses={**error_responses(404, 409, 503), **_FILES})
 def study_law(id: StudyId, n: Index, store: StudyStore,
-              format: Annotated[Format, Query(description="`json`, or a file with the columns point, change, lower "
-                                                          "and upper end of its band, and the change by the formula "
-                                                          "of the named effect if there is one: `csv`, with units in "
-                                                          "the headings, or `mat`, a MATLAB file with a row vector "
-                                                          "for each column.")] = "json") -> Response | FindingLaw:
+              format: Annotated[Format, Query(description=_FORMATS)] = "json") -> Response | FindingLaw:
     """Return the measured law of a finding.
 
     A law that is a single number, such as the lag of a sensor, has no points; it is available as JSON only, and other
@@ -57,8 +59,8 @@ def study_law(id: StudyId, n: Index, store: StudyStore,
     if not has_table(finding):
         raise InvalidValue(f"The law of the finding “{finding.title}” is a single number", "Omit `format`")
     name = f"{id}_{n}_{file_stem(finding)}.{format}"
-    content, media_type = (law_csv(finding), "text/csv") if format == "csv" else (law_mat(finding), _BINARY)
-    return Response(content, media_type=media_type, headers={"Content-Disposition": f'attachment; filename="{name}"'})
+    return Response(write_law(law_table(finding), f".{format}"), media_type=FORMATS[f".{format}"].media_type,
+                    headers={"Content-Disposition": f'attachment; filename="{name}"'})
 
 
 def _findings(store: JobStore, id: str) -> list[FindingResult]:
@@ -68,7 +70,7 @@ def _findings(store: JobStore, id: str) -> list[FindingResult]:
 def _law(store: JobStore, id: str, n: int, finding: FindingResult) -> FindingLaw:
     assert finding.law is not None
     address = f"{store.address}/{id}/laws/{n}"
-    files = ("csv", "mat") if has_table(finding) else ()
+    files = [suffix.removeprefix(".") for suffix in FORMATS] if has_table(finding) else []
     return FindingLaw(finding=n, title=finding.title, effect=finding.effect, quantity=finding.quantity,
-                      depends_on=finding.depends_on, law=finding.law,
+                      depends_on=finding.depends_on, law=finding.law, equation=equation(finding),
                       links={"json": address, **{name: f"{address}?format={name}" for name in files}})

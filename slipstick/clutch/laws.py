@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.clutch import law_files
 from slipstick.clutch.effects.effect import QUANTITIES as _ALL_QUANTITIES
 from slipstick.clutch.effects.effect import SCALAR_DEPENDENCES, SENSORS
 from slipstick.errors import InvalidValue, UnknownName
+from slipstick.law_files import LawTable, write_law
 
 MOST_LAWS, MOST_POINTS = 4, 16
 """Largest number of laws of a model, and of points of a law: the compiled loops have room for no more."""
@@ -113,14 +113,7 @@ class MeasuredLaw:
                                f"{law.units[0]} and {law.units[1]}", "Convert its points and values to these units")
         return law
 
-    def to_csv(self) -> str:
-        """The law as CSV: a row for each point, columns with units such as `output_speed [rad/s]`."""
-        return law_files.to_csv(self._columns())
-
-    def to_mat(self) -> bytes:
-        """The law as a MATLAB file: a row vector for each column of `to_csv`, and the names and units as text."""
-        return law_files.to_mat(self._columns(), quantity=self.quantity, depends_on=self.depends_on,
-                                relative=self.relative)
-
-    def _columns(self) -> tuple[law_files.Column, law_files.Column]:
-        return law_files.columns(self.quantity, self.depends_on, self.units, self.at, self.change, self.relative)
+    def export(self, suffix: str) -> bytes:
+        """The law as a file that ends in `.csv`, `.mat`, `.mo` or `.h`; raises `InvalidValue` for another `suffix`."""
+        return write_law(LawTable(self.quantity, self.depends_on, self.at, self.units[0], self.change, self.units[1],
+                                  self.relative), suffix)

@@ -16,7 +16,7 @@ class Law:
     Of a "curve", an "own" variable or a law "between" runs, x are values of the variable, between which the law is
     linear. Of "lags" and of the "past" of a signal, they are widths of plays, and dead times and time constants in
     samples of `period` s; the changes are their weights. A law is known up to so many flat forms (nothing, a constant,
-    a line) that parameters replace: of these, it has none.
+    a line) that parameters replace: of these, it has none. A `relative` one is a share of the quantity, without a unit.
     """
 
     pair: Pair
@@ -29,6 +29,7 @@ class Law:
     known_up_to: int
     jumps: bool = False
     period: float = 1.0
+    relative: bool = False
 
     @property
     def std(self) -> np.ndarray:
@@ -53,4 +54,4 @@ def measure(fit: Fit, pair: Pair) -> Law:
     variable = law.variable
     return Law(pair, variable.kind, "" if law.quantity.relative else law.quantity.unit, variable.unit, variable.knots,
                onto @ fit.fitted.coefficients, onto @ fit.fitted.covariance @ onto.T, fit.priors[pair].known_up_to,
-               variable.jumps, fit.recorded.runs.step)
+               variable.jumps, fit.recorded.runs.step, law.quantity.relative)

@@ -18,14 +18,16 @@ from slipstick.interface.picture import Picture
 from slipstick.interface.progress import ProgressLine, Show
 from slipstick.interface.rehearsal import compile_study
 from slipstick.interface.result import Result
+from slipstick.law_files import FORMATS, write_law
 from slipstick.machine import Machine, Runs
 from slipstick.pictures.study import CAPTIONS, law, study_pictures
 from slipstick.pictures.theme import Spec
 from slipstick.recordings import Recordings
 from slipstick.report.study.page import study_page
 from slipstick.studies import StudyResult, StudySettings, conclude, examine, unconfirmed
-from slipstick.studies.export import file_stem, has_table, law_csv, law_mat
+from slipstick.studies.export import file_stem, has_table, law_table
 from slipstick.studies.figures import Figures
+from slipstick.studies.formula import equation
 from slipstick.studies.progress import StudyProgress
 from slipstick.studies.record import figures_from_dict, result_from_dict
 from slipstick.studies.result import Coefficient, FindingResult
@@ -85,16 +87,15 @@ class Law:
         return data_frame(columns)
 
     def save(self, path: Path | str) -> Path:
-        """Write the law as a `.csv` or a MATLAB `.mat` file, by the suffix of `path`, and return the path.
+        """Write the law as a file for another program, by the suffix of `path`, and return the path.
 
+        That is `.csv`, `.mat` (MATLAB), `.mo` (a Modelica block with a table), or `.h` (a C header with a function).
         Raises `InvalidValue` for another suffix, and for a law that is a single number.
         """
         path = Path(path)
         if not has_table(self.finding):
             raise InvalidValue(f"The law of “{self.finding.title}” is a single number", "Read it from `change`")
-        if path.suffix not in (".csv", ".mat"):
-            raise InvalidValue(f"'{path}' is not the name of a law", "End it in .csv or .mat")
-        return write(path, law_csv(self.finding).encode() if path.suffix == ".csv" else law_mat(self.finding))
+        return write(path, write_law(law_table(self.finding), path.suffix))
 
     @property
     def _law(self) -> StudyLaw:
@@ -141,6 +142,11 @@ class Finding:
     def coefficients(self) -> list[Coefficient]:
         """Fitted coefficients of the effect with units and intervals."""
         return self.result.confirmation.coefficients
+
+    @property
+    def equation(self) -> str | None:
+        """Equation of the effect with its coefficients in numbers and units; None where it was not fitted."""
+        return equation(self.result)
 
     @property
     def law(self) -> Law | None:
@@ -220,12 +226,12 @@ class Study(Result):
         return write(path, study_page(values, values, fits).encode())
 
     def save_laws(self, folder: Path | str) -> list[Path]:
-        """Write each measured law over a number as a CSV and a MATLAB file; return their paths."""
+        """Write each measured law over a number as a `.csv`, `.mat`, `.mo` and `.h` file; return their paths."""
         written = []
         for number, finding in enumerate(self.findings, 1):
             if finding.law is not None and has_table(finding.result):
                 stem = f"{number}_{file_stem(finding.result)}"
-                written += [finding.law.save(Path(folder) / f"{stem}{suffix}") for suffix in (".csv", ".mat")]
+                written += [finding.law.save(Path(folder) / f"{stem}{suffix}") for suffix in FORMATS]
         return written
 
     def to_dict(self) -> dict[str, Any]:

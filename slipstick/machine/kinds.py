@@ -60,3 +60,28 @@ KINDS = (
         np.ones_like(x), np.cos(2 * np.pi * x / at), np.sin(2 * np.pi * x / at)], "period", shapes=_list_periods),
 )
 """Kinds of laws over a variable. Those of memories are one play, one dead time, or one first-order lag."""
+
+TERMS = {
+    "constant": {"change": "1"},
+    "proportional": {"slope": "x"},
+    "linear": {"change at 0": "1", "slope": "x"},
+    "quadratic": {"change at 0": "1", "slope": "x", "curvature": "x^2"},
+    "Coulomb friction": {"level": "sign(x)"},
+    "Coulomb and viscous friction": {"level": "sign(x)", "slope": "x"},
+    "Stribeck friction": {"level": "sign(x)", "rise at rest": "sign(x) * exp(-abs(x) / S)", "slope": "x"},
+    "quadratic drag": {"drag": "x * abs(x)"},
+    "deadband": {"slope": "(x - min(S, max(-S, x)))"},
+    "above a threshold": {"slope": "max(0, x - S)"},
+    "below a threshold": {"slope": "min(0, x - S)"},
+    "step": {"before": "(x < S)", "after": "(x >= S)"},
+    "saturation": {"slope": "min(S, max(-S, x))"},
+    "approach": {"end": "(1 - exp(-(x - B) / S))", "begin": "exp(-(x - B) / S)"},
+    "ripple": {"mean": "1", "cosine": "cos(2 * pi * x / S)", "sine": "sin(2 * pi * x / S)"},
+    "play": {"share": "((x after a play of half width S) - x)"},
+    "dead time": {"share": "((x after a dead time of S) - x)"},
+    "first-order lag": {"share": "((x after a first-order lag of S) - x)"},
+}
+"""Name of a kind -> the term of each coefficient as text, with the variable x, its smallest value B, and the shape S.
+
+They are no part of `Kind`, because texts do not count in the digest of a study.
+"""

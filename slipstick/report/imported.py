@@ -35,7 +35,7 @@ def imported_runs_page(name: str, imported: ImportedRuns) -> str:
                                                     for values in constants.values()))
             for row, label in enumerate(imported.labels)]
     return _page(name, imported, {"runs": picture}, table(head, rows), [
-        ("machine", runs.machine), ("runs", f"SHA-256 {digest_of(runs)}"), ("description", runs.description)])
+        ("machine", runs.machine), ("runs", f"SHA-256 {runs.digest}"), ("description", runs.description)])
 
 
 def _unit(unit: str) -> str:

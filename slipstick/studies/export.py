@@ -1,11 +1,15 @@
-"""The measured law of a finding as a table for other programs: CSV and MATLAB.
+"""The measured law of a finding as a table for other programs.
 
-The columns are the points, the change with its band, and the change by the formula of the named effect if there is
-one. The first two have the names that `slipstick.clutch.laws.MeasuredLaw` gives to a law of the simulator.
+The first two columns have the names that `slipstick.clutch.laws.MeasuredLaw` gives to a law of the simulator.
 """
 
-from slipstick.clutch.law_files import Column, columns, identifier, to_csv, to_mat
+from slipstick.law_files import LawTable, identifier
+from slipstick.studies.formula import equation
 from slipstick.studies.result import FindingResult
+
+_VARIABLES = {"gain": "reading", "direction": "piston rate"}
+"""Dependence -> what the points of its law are values of, if it is not the dependence."""
+_LINEARISED = ", of a linear model about the fit, which may be several times too narrow"
 
 
 def has_table(finding: FindingResult) -> bool:
@@ -15,26 +19,15 @@ def has_table(finding: FindingResult) -> bool:
 
 def file_stem(finding: FindingResult) -> str:
     """The name of a file of the law, such as friction_coefficient_over_slip."""
-    return identifier(f"{finding.quantity} over {finding.depends_on}")
+    return identifier(f"{finding.quantity} over {_VARIABLES.get(finding.depends_on, finding.depends_on)}")
 
 
-def law_csv(finding: FindingResult) -> str:
-    """The law as CSV: a row for each point, columns with units such as `slip [rad/s]`."""
-    return to_csv(_columns(finding))
-
-
-def law_mat(finding: FindingResult) -> bytes:
-    """The law as a MATLAB file: a row vector for each column of `law_csv`, and the names and units as text."""
-    law = finding.law
-    assert law is not None
-    return to_mat(_columns(finding), quantity=finding.quantity, depends_on=finding.depends_on, relative=law.relative,
-                  known_up_to=law.up_to, linearised_band=law.linearised)
-
-
-def _columns(finding: FindingResult) -> list[Column]:
+def law_table(finding: FindingResult) -> LawTable:
+    """The law as a table, which `slipstick.law_files.write_law` writes."""
     law = finding.law
     if law is None or law.x is None:
         raise ValueError(f"The finding '{finding.title}' has no law over a number")
-    table = [*columns(finding.quantity, finding.depends_on, (law.x_unit, law.unit), law.x, law.change, law.relative),
-             Column("lower", law.unit, law.lower), Column("upper", law.unit, law.upper)]
-    return table if law.formula is None else [*table, Column("formula", law.unit, law.formula)]
+    return LawTable(finding.quantity, _VARIABLES.get(finding.depends_on, finding.depends_on), law.x, law.x_unit,
+                    law.change, law.unit, law.relative, law.lower, law.upper,
+                    f"interval at each point, at the level of the study{_LINEARISED * law.linearised}", law.formula,
+                    equation(finding), law.up_to)

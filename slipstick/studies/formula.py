@@ -1,12 +1,14 @@
-"""The formula of a named effect over what it depends on, beside the measured law."""
+"""The formula of a named effect: over what it depends on, beside the measured law, and as an equation."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from slipstick.clutch.effects import find
+from slipstick.clutch.effects import CATALOGUE, Effect, find
 from slipstick.clutch.effects.effect import Signals
+from slipstick.law_files import insert_values
 from slipstick.naming.measured import LawPoints
+from slipstick.studies.finding import FindingResult
 
 _FIELDS = {"motor speed": "motor_speed", "input speed": "input_speed", "output speed": "output_speed",
            "slip": "plate_slip", "pressure": "pressure", "time": "time", "run order": "run"}
@@ -41,3 +43,25 @@ def formula(name: str, values: Sequence[float], law: LawPoints) -> np.ndarray | 
         design = np.stack(columns, axis=1)
         change = change + design @ np.linalg.lstsq(weight[:, None] * design, weight * (law.change - change))[0]
     return np.asarray(change)
+
+
+def effect_of(name: str | None) -> Effect | None:
+    """The effect of the catalogue; None for another name, which a stored result of a changed catalogue may have."""
+    return next((effect for effect in CATALOGUE if effect.name == name), None)
+
+
+def equation(finding: FindingResult) -> str | None:
+    """The equation of the named effect with its fitted coefficients in numbers and their units.
+
+    Such as `friction coefficient = alpha (1 + 0.15 exp(-|plate slip| / (25.9 rad/s)))`, with the symbols of the
+    catalogue. None without a name, or where the simulation was not fitted with the formula of the effect.
+    """
+    effect, coefficients = effect_of(finding.effect), finding.confirmation.coefficients
+    if effect is None or {each.name for each in coefficients} != {each.name for each in effect.coefficients}:
+        return None
+    return f"{describe_quantity(effect)} = {insert_values(effect.law, coefficients)}"
+
+
+def describe_quantity(effect: Effect) -> str:
+    """What an effect changes: its quantity, or the reading of its sensor."""
+    return f"reading of the {effect.quantity}" if effect.quantity.endswith("sensor") else effect.quantity

@@ -138,7 +138,7 @@ def test_a_finished_study_is_served(done: httpx.Client, few_study: dict[str, Any
         assert list(Model.from_spec(spec).effects) == effects
 
 
-def test_the_measured_laws_are_served_as_json_csv_and_mat(done: httpx.Client, few_study: dict[str, Any]) -> None:
+def test_the_measured_laws_are_served_as_json_and_as_files(done: httpx.Client, few_study: dict[str, Any]) -> None:
     finding, = few_study["result"]["findings"]
     law = finding["law"]
     entry, = done.get(done.get("/v1/studies/done").json()["links"]["laws"]).json()["laws"]
@@ -160,6 +160,15 @@ def test_the_measured_laws_are_served_as_json_csv_and_mat(done: httpx.Client, fe
         assert content[f"{name}_unit"] == unit
     assert (content["quantity"], content["known_up_to"], content["relative"]) == (
         "friction coefficient", law["up_to"], law["relative"])
+    assert entry["equation"].startswith("friction coefficient = alpha (1 + 0.")
+    for suffix, media_type, part in (("mo", "text/x-modelica; charset=utf-8", "block friction_coefficient_over_slip "),
+                                     ("h", "text/x-chdr; charset=utf-8", "double friction_coefficient_over_slip_change("
+                                      )):
+        file = done.get(entry["links"][suffix])
+        assert file.headers["Content-Type"] == media_type
+        assert f'filename="done_0_friction_coefficient_over_slip.{suffix}"' in file.headers["Content-Disposition"]
+        assert part in file.text
+        assert f"// Named effect: {entry['equation']}.\n" in file.text
 
 
 def test_a_law_without_points_is_no_file_and_a_finding_without_law_has_none(done: httpx.Client) -> None:

@@ -48,7 +48,7 @@ def test_a_study_names_what_is_missing_and_writes_a_model_to_build(
     law = result.findings[0].law
     assert law is not None
     assert sorted(path.name for path in (tmp_path / "laws").iterdir()) == [
-        "1_friction_coefficient_over_slip.csv", "1_friction_coefficient_over_slip.mat"]
+        f"1_friction_coefficient_over_slip{suffix}" for suffix in (".csv", ".h", ".mat", ".mo")]
     rows = np.loadtxt(tmp_path / "laws" / "1_friction_coefficient_over_slip.csv", delimiter=",", skiprows=1)
     assert rows[:, 1].tolist() == law.change
     mat = loadmat(tmp_path / "laws" / "1_friction_coefficient_over_slip.mat")

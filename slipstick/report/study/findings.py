@@ -1,13 +1,17 @@
 """A finding in words and numbers: evidence, rivals, confidence, coefficients, worth, formula, further experiments."""
 
+import re
+
+from slipstick.bench.parameters import PARAMETERS
 from slipstick.pictures.study.evidence import CERTAIN
 from slipstick.pictures.study.law import headline, remarks
 from slipstick.pictures.study.words import effect_title, within
 from slipstick.pictures.theme import in_words
 from slipstick.pictures.units import number, signed
 from slipstick.report.study.parts import Entries, Items, Note, Part, Section, Table
-from slipstick.report.study.words import channel, coefficient_row, effect_of, many
+from slipstick.report.study.words import channel, coefficient_row, many
 from slipstick.report.words import listed
+from slipstick.studies.formula import describe_quantity, effect_of, equation
 from slipstick.studies.result import Candidate, FindingResult, FurtherExperiment, StudyResult
 from slipstick.studies.settings import StudySettings
 from slipstick.studies.words import title
@@ -37,9 +41,21 @@ def _parts(finding: FindingResult, result: StudyResult, settings: StudySettings)
         effect = effect_of(finding.effect)
         rows = [coefficient_row(coefficient, effect) for coefficient in finding.confirmation.coefficients]
         parts.append(Table(("coefficient", "estimate", f"{100 * level:.0f} % interval", "meaning"), rows, words=(3,)))
+        parts += _write_equation(finding, result)
         parts.append(Note("The coefficients are fitted to all signals of the whole simulation at once. The intervals "
                           "are conditional on the form of the law."))
     return [*parts, *_list_experiments(finding)]
+
+
+def _write_equation(finding: FindingResult, result: StudyResult) -> list[Part]:
+    """The equation with these coefficients, and the values of the parameters of the model in it."""
+    written = equation(finding)
+    if written is None:
+        return []
+    values = {} if result.after is None else result.after.model["parameters"]
+    known = [f"{each.symbol} = {values[each.name]:.4g} {each.unit}".removesuffix(" 1") for each in PARAMETERS
+             if each.name in values and re.search(rf"(?<!\w){re.escape(each.symbol)}(?!\w)", written)]
+    return [f"Equation: {written}" + f", where {listed(known)} in the refitted model" * bool(known) + "."]
 
 
 def _describe_law(finding: FindingResult, level: float) -> Entries:
@@ -51,8 +67,7 @@ def _describe_law(finding: FindingResult, level: float) -> Entries:
         law = f"{headline(finding, finding.law)}. {remarks(finding.law, level, is_drawn=False)}"
         entries.append(("Measured law:", " ".join(law.split())))
     if effect is not None:
-        what = f"reading of the {effect.quantity}" if effect.quantity.endswith("sensor") else effect.quantity
-        entries += [("Formula:", f"the {what} is {effect.law}."), ("Source:", f"{effect.source}."),
+        entries += [("Formula:", f"the {describe_quantity(effect)} is {effect.law}."), ("Source:", f"{effect.source}."),
                     ("Signature on a bench:", f"{effect.signature}.")]
     return entries
 

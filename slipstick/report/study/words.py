@@ -1,6 +1,6 @@
 """Names and numbers of a study in words."""
 
-from slipstick.clutch.effects import CATALOGUE, Effect
+from slipstick.clutch.effects import Effect
 from slipstick.pictures import units
 from slipstick.pictures.theme import in_words
 from slipstick.recordings.signals import SIGNAL_UNITS
@@ -16,11 +16,6 @@ MISFIT = 1.5
 def channel(name: str) -> str:
     """A signal in words."""
     return in_words(name)
-
-
-def effect_of(name: str | None) -> Effect | None:
-    """The effect of the catalogue; None for another name, which a stored result of a changed catalogue may have."""
-    return next((effect for effect in CATALOGUE if effect.name == name), None)
 
 
 def meaning(effect: Effect | None, name: str) -> str:

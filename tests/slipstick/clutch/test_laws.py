@@ -220,11 +220,11 @@ def test_too_many_laws_are_rejected() -> None:
 def test_a_law_as_csv_and_as_a_matlab_file() -> None:
     for law, column in ((DRAG, "load_torque_change [N m]"),
                         (replace(DRAG, relative=True), "load_torque_relative_change [1]")):
-        heading, *rows = csv.reader(io.StringIO(law.to_csv()))
+        heading, *rows = csv.reader(io.StringIO(law.export(".csv").decode()))
         assert heading == ["output_speed [rad/s]", column]
         np.testing.assert_array_equal(np.array(rows, float).T, [law.at, law.change])
         name = column.split(" ")[0]
-        content = loadmat(io.BytesIO(law.to_mat()), simplify_cells=True)
+        content = loadmat(io.BytesIO(law.export(".mat")), simplify_cells=True)
         np.testing.assert_array_equal(content["output_speed"], law.at)
         np.testing.assert_array_equal(content[name], law.change)
         assert (content["quantity"], content["depends_on"]) == ("load torque", "output speed")

@@ -61,7 +61,11 @@ def test_a_study_names_the_effect_and_draws_its_law(study: Study, tmp_path: Path
     assert study.to_frame()["unit"].tolist() == ["1", "rad/s"]
     assert "friction" in law.plot().title
     assert list(study.extended.effects) == ["stribeck_friction"]
-    assert [path.suffix for path in study.save_laws(tmp_path)] == [".csv", ".mat"]
+    assert finding.equation is not None
+    assert finding.equation.startswith("friction coefficient = alpha (1 + 0.")
+    assert [path.suffix for path in study.save_laws(tmp_path)] == [".csv", ".mat", ".mo", ".h"]
+    with pytest.raises(InvalidValue, match=r"End the name in one of: \.csv, \.mat, \.mo, \.h"):
+        law.save(tmp_path / "law.txt")
     assert study.report(tmp_path / "study.html").read_text().startswith("<!doctype html>")
     assert study.summary()[1].startswith("Held-out RMS error of the shifting time: ")
 

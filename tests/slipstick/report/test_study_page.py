@@ -239,6 +239,17 @@ def test_coefficients_have_readable_units_and_no_interval_at_a_bound(studied: St
     text = reading(page(changed(result, confirmation=confirmation), figures)).text
     for phrase in ("0.07100 mm", "0.06900 to 0.07300 mm", "20.00 ms", "none: at a bound of the search"):
         assert phrase in text
+    assert "Equation:" not in text  # these are no coefficients of the effect
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_equation_has_the_coefficients_and_the_refitted_parameter(studied: Studied, reading: Read) -> None:
+    result, figures = studied("friction")
+    assert result.after is not None
+    strength, decay = (f"{each.value:.4g}" for each in result.findings[0].confirmation.coefficients)
+    alpha = f"{result.after.model['parameters']['friction_coefficient']:.4g}"
+    assert (f"Equation: friction coefficient = alpha (1 + {strength} exp(-|plate slip| / ({decay} rad/s))), where "
+            f"alpha = {alpha} N m/Pa in the refitted model.") in reading(page(result, figures)).text
 
 
 def unlisted(one: FindingResult) -> FindingResult:

@@ -11,11 +11,16 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 
+from slipstick.clutch.effects import CATALOGUE, Effect
+from slipstick.clutch.effects.effect import QUANTITIES
 from slipstick.errors import InvalidValue, UnknownName
+from slipstick.law_files import write_law
 from slipstick.studies import StudyResult
-from slipstick.studies.export import file_stem, has_table, law_csv, law_mat
+from slipstick.studies.export import file_stem, has_table, law_table
 from slipstick.studies.figures import Figures
+from slipstick.studies.formula import equation
 from slipstick.studies.record import figures_from_dict, result_from_dict
+from slipstick.studies.result import Coefficient
 from slipstick.studies.settings import StudySettings
 
 Studied = Callable[[str], tuple[StudyResult, Figures]]
@@ -44,12 +49,12 @@ def test_a_measured_law_is_a_table_with_units(studied: Studied) -> None:
     law = one.law
     assert law is not None
     assert has_table(one)
-    assert file_stem(one) == "friction_coefficient_over_slip"
-    head, *rows = csv.reader(io.StringIO(law_csv(one)))
+    assert file_stem(one) == law_table(one).name == "friction_coefficient_over_slip"
+    head, *rows = csv.reader(io.StringIO(write_law(law_table(one), ".csv").decode()))
     assert head == ["slip [rad/s]", "friction_coefficient_relative_change [1]", "lower [1]", "upper [1]", "formula [1]"]
     columns = np.array(rows, float).T.tolist()
     assert columns == [law.x, law.change, law.lower, law.upper, law.formula]
-    mat = loadmat(io.BytesIO(law_mat(one)))
+    mat = loadmat(io.BytesIO(write_law(law_table(one), ".mat")))
     assert mat["slip"].ravel().tolist() == law.x
     assert mat["friction_coefficient_relative_change"].ravel().tolist() == law.change
     assert mat["slip_unit"].item() == "rad/s"
@@ -63,7 +68,40 @@ def test_a_single_number_is_no_table(studied: Studied) -> None:
     assert not has_table(lag)
     assert not has_table(replace(one, law=None))
     with pytest.raises(ValueError, match="no law over a number"):
-        law_csv(lag)
+        law_table(lag)
+
+
+def test_what_a_law_is_over_has_a_name_that_says_what_its_points_are(studied: Studied) -> None:
+    one = studied("friction")[0].findings[0]
+    gain = replace(one, quantity="pressure sensor", depends_on="gain")
+    assert file_stem(gain) == law_table(gain).name == "pressure_sensor_over_reading"
+
+
+@pytest.mark.parametrize("effect", CATALOGUE, ids=lambda effect: effect.name)
+def test_an_equation_has_the_number_of_each_coefficient_and_else_what_the_formula_has(
+        studied: Studied, effect: Effect) -> None:
+    one = studied("friction")[0].findings[0]
+    values = [0.0123456 + place for place in range(len(effect.coefficients))]
+    coefficients = [Coefficient(each.name, each.unit, value, value, value, False)
+                    for each, value in zip(effect.coefficients, values, strict=True)]
+    confirmed = replace(one, effect=effect.name, confirmation=replace(one.confirmation, coefficients=coefficients))
+    written = equation(confirmed)
+    assert written is not None
+    for each, value in zip(effect.coefficients, values, strict=True):
+        shown = f"{value:.4g}" if each.unit == "1" else f"({value:.4g} {each.unit})"
+        assert shown in written
+        written = written.replace(shown, each.name)
+    name = effect.quantity if effect.quantity in QUANTITIES else f"reading of the {effect.quantity}"
+    assert written == f"{name} = {effect.law}"
+
+
+def test_there_is_no_equation_without_the_formula_of_an_effect(studied: Studied) -> None:
+    one = studied("friction")[0].findings[0]
+    assert equation(one) is not None
+    assert equation(replace(one, effect=None)) is None
+    assert equation(replace(one, effect="gone")) is None
+    factor = replace(one.confirmation.coefficients[0], name="factor")
+    assert equation(replace(one, confirmation=replace(one.confirmation, coefficients=[factor]))) is None
 
 
 # Settings of a study: what may be named, and when.

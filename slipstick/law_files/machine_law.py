@@ -1,0 +1,77 @@
+"""Laws that the engine measured, as tables, and the equations of their kinds."""
+
+import re
+from typing import Literal
+
+import numpy as np
+
+from slipstick.engine.bases import flat_forms
+from slipstick.engine.kinds import KindOfLaw
+from slipstick.engine.laws import CURVE, GAIN, PAST
+from slipstick.engine.measured_law import Law
+from slipstick.errors import InvalidValue
+from slipstick.law_files.equation import describe_value
+from slipstick.law_files.table import LawTable
+from slipstick.machine.declaration import SENSOR
+from slipstick.machine.kinds import KINDS, TERMS
+
+_DEVIATIONS = 1.96
+"""Standard deviations on either side within which 95 % of a normal variable are."""
+_KNOWN_UP_TO: tuple[Literal["nothing", "constant", "line"], ...] = ("nothing", "constant", "line")
+
+
+def has_points(law: Law) -> bool:
+    """Whether a law is one over points, and neither a single number nor the weights of a memory."""
+    return law.kind not in ("past", "lags") and len(law.x) > 1
+
+
+def tabulate(law: Law, kind: KindOfLaw | None = None) -> LawTable:
+    """Return a law as a table with its 95 % band, and the change by its `kind` if there is one.
+
+    Raises `InvalidValue` for a law that has no points (`has_points`).
+    """
+    if not has_points(law):
+        raise InvalidValue(f"The {law.pair[1]} of the {law.pair[0]} has no points",
+                           "Read its coefficients from its kind, or its weights from `change`")
+    margin = _DEVIATIONS * law.std
+    lower, upper = law.change - margin, law.change + margin
+    return LawTable(law.pair[0], _name_variable(law), law.x.tolist(), law.on_unit, law.change.tolist(), law.unit,
+                    law.relative, lower.tolist(), upper.tolist(), "95 % interval at each point",
+                    None if kind is None else _evaluate(law, kind).tolist(),
+                    None if kind is None else write_equation(law, kind), _KNOWN_UP_TO[law.known_up_to])
+
+
+def write_equation(law: Law, kind: KindOfLaw) -> str:
+    """Return the equation of the kind of a law, with its coefficients in numbers and their units.
+
+    Such as `change of the left leak = (0.3 1/s) * max(0, left level - (1.1 m))`.
+    """
+    terms, values = TERMS[kind.name], {each.name: describe_value(each.value, each.unit) for each in kind.coefficients}
+    names = {"x": _name_variable(law), "B": describe_value(float(law.x[0]), law.on_unit)}
+    for each in kind.coefficients:
+        if each.name not in terms:
+            is_time = each.unit == "samples"
+            names["S"] = describe_value(each.value * law.period, "s") if is_time else values[each.name]
+    parts = [values[name] + (" * " + re.sub(r"\b[xBS]\b", lambda word: names[word[0]], term)) * (term != "1")
+             for name, term in terms.items() if name in values]
+    left = f"{'relative ' * law.relative}change of the {law.pair[0]}"
+    return f"{left} = {' + '.join(parts)}" + f", up to a {_KNOWN_UP_TO[law.known_up_to]}" * (law.known_up_to > 0)
+
+
+def _name_variable(law: Law) -> str:
+    """Return what a law is over: of the past and the errors of a sensor, the signal."""
+    quantity, on = law.pair
+    if law.kind == "lags" or on == GAIN:
+        return quantity.removesuffix(SENSOR)
+    return on.removeprefix(CURVE).removeprefix(PAST)
+
+
+def _evaluate(law: Law, kind: KindOfLaw) -> np.ndarray:
+    """Return the changes (m,) by a kind, without the flat forms that parameters replace."""
+    form, values = next(each for each in KINDS if each.name == kind.name), {
+        each.name: each.value for each in kind.coefficients}
+    columns = form.columns(law.x, values.get(form.shape, 0.0))
+    change = sum((values[name] * column for name, column in zip(form.coefficients, columns, strict=True)
+                  if name in values), np.zeros(len(law.x)))
+    flat = flat_forms(len(law.x))[:, :law.known_up_to]
+    return np.asarray(change - flat @ np.linalg.lstsq(flat, change)[0])
