@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--jobs", default=os.environ.get("SLIPSTICK_JOBS", "sqlite:///var/jobs.sqlite"), metavar="URL",
                         help="URL of the job database, the same as for the service (default: environment variable "
                              "SLIPSTICK_JOBS, or sqlite:///var/jobs.sqlite)")
-    parser.add_argument("--machine", type=Path, action="append", default=[], metavar="FILE.toml",
+    parser.add_argument("--machine", type=Path, action="append", default=[], metavar="FILE",
                         help="a machine whose simulator fits with `simulate` may run; repeat the option for each")
     add_dask_argument(parser)
     parser.add_argument("--no-compile", action="store_true",
@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
     if not Path(arguments.tables).is_dir():
         raise InvalidValue(f"There is no folder '{arguments.tables}'",
                            "Give that of the service as --tables, or in SLIPSTICK_TABLES")
-    files = [BlackBox.open(path) for path in arguments.machine]
+    files = [file for path in arguments.machine for file in BlackBox.open_all(path)]
     simulators = Simulators({file.description.digest: file for file in files}, arguments.dask)
     stops = {signal.SIGTERM, signal.SIGINT}
     resource_tracker.ensure_running()  # before the next lines: when it starts, it unblocks these signals

@@ -3,6 +3,7 @@
 import hashlib
 import io
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 
 import h5py
@@ -75,6 +76,13 @@ def read_runs(content: Path | bytes) -> Runs:
         if not np.isfinite(values).all():
             raise BadRecording(f"'{name}' has values that are not finite", "Leave out the runs in which they are")
     return runs
+
+
+def holds_runs(path: Path) -> bool:
+    """Return whether a file is one that `write_runs` wrote, valid or not."""
+    with suppress(OSError), h5py.File(path, "r") as file:
+        return MARK in file.attrs
+    return False
 
 
 def units_of(machine: Machine) -> dict[str, str]:
