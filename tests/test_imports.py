@@ -46,8 +46,10 @@ MAY_IMPORT = {
                              "slipstick.machine slipstick.recordings slipstick.storage.cells slipstick.storage.hdf5 "
                              "slipstick.storage.isolated",
     "slipstick.acquisition.comparison": "numpy slipstick.bench slipstick.clutch slipstick.recordings",
-    "slipstick.black_box": "numpy h5py slipstick.errors slipstick.interruption slipstick.numerics "
-                         "slipstick.bench.document slipstick.storage.hdf5 slipstick.storage.sheet",
+    "slipstick.black_box": "numpy h5py fmpy slipstick.errors slipstick.interruption slipstick.numerics "
+                           "slipstick.bench.document slipstick.engine.simulation slipstick.machine "
+                           "slipstick.storage.children slipstick.storage.hdf5 slipstick.storage.sheet "
+                           "slipstick.storage.shipped",
     "slipstick.table": "numpy numba h5py slipstick.errors slipstick.numerics slipstick.bench slipstick.clutch "
                        "slipstick.black_box slipstick.storage.condition_layout slipstick.storage.files "
                        "slipstick.storage.hdf5 slipstick.storage.isolated",

@@ -46,14 +46,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def add_model_arguments(parser: argparse.ArgumentParser, out: Path) -> None:
     """Add the options that all tables share: model, conditions, output file (default `out`), threads and accuracy."""
     add_simulated_arguments(parser)
-    parser.add_argument("--machine", type=Path, metavar="FILE.toml",
-                        help="simulate another machine than the clutch of a bench: its inputs, conditions, output, and "
-                             "its simulator, a Python callable or an UM-Bridge model (docs/any_machine.md)")
+    parser.add_argument("--machine", type=Path, metavar="FILE",
+                        help="simulate another machine than the clutch of a bench: a TOML file with its inputs, "
+                             "conditions, output and simulator (a Python callable, an FMU or an UM-Bridge model), or "
+                             "the Python file that declares it (docs/any_machine.md)")
+    parser.add_argument("--output", metavar="NAME",
+                        help="the output of a declared machine (default: the first that it declares)")
     parser.add_argument("--out", type=Path, default=out, metavar="FILE",
                         help="the table file to write (default: %(default)s)")
     parser.add_argument("--threads", type=int, default=os.cpu_count() or 1, metavar="N",
                         help="number of simulation threads, or of processes for a Python callable "
-                             "(default: %(default)s, one per core; not used with --dask)")
+                             "and for a declared machine (default: %(default)s, one per core; not used with --dask)")
     add_dask_argument(parser)
     parser.add_argument("--accuracy", choices=ACCURACIES, default="default",
                         help="accuracy of the time integration; at nominal parameters, shifting times of `default` "
@@ -63,13 +66,15 @@ def add_model_arguments(parser: argparse.ArgumentParser, out: Path) -> None:
 def open_machine(arguments: argparse.Namespace) -> Simulated:
     """What the options `--machine`, `--bench`, `--model` and `--conditions` say; raises `InvalidValue`."""
     if arguments.machine is None:
+        if arguments.output is not None:
+            raise InvalidValue("--output is given without --machine", "Name the file that declares the machine")
         bench, model, conditions = open_simulated(arguments)
         return {"machine": bench, "model": model, "conditions": conditions}
     for option in ("model", "conditions"):
         if getattr(arguments, option):
             raise InvalidValue(f"--{option} and --machine exclude each other",
                                "The file of the machine describes its simulator and its conditions")
-    return {"machine": BlackBox.open(arguments.machine), "model": None, "conditions": None}
+    return {"machine": BlackBox.open(arguments.machine, arguments.output), "model": None, "conditions": None}
 
 
 def read_axes(texts: Sequence[str] | None, form: str) -> Spans | None:

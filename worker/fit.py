@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from slipstick.bench import Bench
+from slipstick.black_box import BlackBox
 from slipstick.errors import InvalidValue
 from slipstick.interface.files import require_html, require_suffix
 from slipstick.interface.fit import fit
@@ -13,16 +14,22 @@ from slipstick.interface.progress import ProgressLine
 from slipstick.table import Table
 
 from .bench_option import add_bench_argument, open_recordings
+from .likelihood import add_machine_argument, open_measured
 from .orders import add_time_budget_argument
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("table", type=Path, metavar="TABLE.h5", nargs="?",
-                        help="the table; without one, the model of the bench is simulated")
-    parser.add_argument("recordings", type=Path, metavar="RECORDINGS", help="measured shifting times, .h5 or .csv")
+                        help="the table; without one, the machine or the model of the bench is simulated")
+    parser.add_argument("recordings", type=Path, metavar="RECORDINGS",
+                        help="measured shifting times, or outputs of the machine, .h5 or .csv; with --machine also its "
+                             "recorded runs")
     parser.add_argument("--parameter", action="append", metavar="NAME", dest="parameters",
                         help="an uncertain input; repeat the option for several (default: all axes of the table)")
+    add_machine_argument(parser)
+    parser.add_argument("--output", metavar="NAME",
+                        help="without a table, the output of the declared machine (default: its first)")
     add_bench_argument(parser)
     parser.add_argument("--model", type=Path, metavar="SPEC.json",
                         help="the model to simulate without a table (default: the nominal parameters of the bench)")
@@ -42,10 +49,18 @@ def run(arguments: argparse.Namespace) -> int:
         require_suffix(arguments.out, ".json")
     if arguments.report is not None:
         require_html(arguments.report)
-    bench = Bench.open(arguments.bench)
-    recordings = open_recordings(bench, arguments.recordings)
+    simulator: Table | BlackBox | Bench
+    if arguments.table is not None:
+        simulator = Table.open(arguments.table)
+        recordings = open_measured(simulator.model, arguments)
+    elif arguments.machine is not None:
+        simulator = BlackBox.open(arguments.machine, arguments.output)
+        recordings = open_measured(simulator.description, arguments)
+    else:
+        simulator = Bench.open(arguments.bench)
+        recordings = open_recordings(simulator, arguments.recordings)
     with ProgressLine(log=True) as line:
-        result = fit(Table.open(arguments.table) if arguments.table else bench, recordings, arguments.parameters,
+        result = fit(simulator, recordings, arguments.parameters,
                      model=arguments.model, outside=arguments.outside,
                      budget=arguments.time_budget, progress=line.step, name=arguments.recordings.stem,
                      **read_settings(arguments.settings))

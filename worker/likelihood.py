@@ -1,15 +1,19 @@
 """`likelihood`: how likely measured outputs are under distributions of the inputs of a table."""
 
 import argparse
+import sys
 from pathlib import Path
 from typing import get_args
 
 from slipstick.bench import Bench
-from slipstick.black_box import BlackBoxDescription, Measurements
+from slipstick.black_box import BlackBox, BlackBoxDescription, Measurements, measure_runs
+from slipstick.errors import InvalidValue
 from slipstick.inference.likelihoods import Method
 from slipstick.inference.problems import Measured
 from slipstick.interface.likelihood import likelihood
+from slipstick.machine import holds_runs, read_runs
 from slipstick.table import Table
+from slipstick.table.subject import Subject
 
 from .bench_option import add_bench_argument, open_recordings
 from .propagate import add_inputs_arguments, read_inputs, read_quantity, require_output, write_output
@@ -19,7 +23,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("table", type=Path, metavar="TABLE.h5", help="the table, a grid or a surrogate")
     parser.add_argument("recordings", type=Path, metavar="RECORDINGS",
-                        help="measured shifting times, or outputs of the machine of the table, .h5 or .csv")
+                        help="measured shifting times, or outputs of the machine of the table, .h5 or .csv; with "
+                             "--machine also its recorded runs")
+    add_machine_argument(parser)
     add_inputs_arguments(parser)
     parser.add_argument("--output-std", required=True, metavar="VALUE",
                         help='standard deviation of the output noise, such as "10 ms", or a number in the unit of the '
@@ -36,7 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Compute the likelihood, print it, and write the requested file."""
     require_output(arguments.out)
     table = Table.open(arguments.table)
-    recordings = open_measured(table, arguments)
+    recordings = open_measured(table.model, arguments)
     result = likelihood(arguments.table, recordings, **read_inputs(arguments), name=arguments.recordings.stem,
                         method=arguments.method,
                         output_std=read_quantity("--output-std", arguments.output_std, table.output.unit))
@@ -47,11 +53,25 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def open_measured(table: Table, arguments: argparse.Namespace) -> Measured:
-    """The recordings of the bench, or for a table of another machine its measurements; raises `BadRecording`."""
+def add_machine_argument(parser: argparse.ArgumentParser) -> None:
+    """Add the option `--machine`."""
+    parser.add_argument("--machine", type=Path, metavar="FILE",
+                        help="the Python file that declares the machine of recorded runs (docs/any_machine.md)")
+
+
+def open_measured(model: Subject, arguments: argparse.Namespace) -> Measured:
+    """The recordings of the bench, or the measurements or recorded runs of another machine; raises `BadRecording`."""
     path: Path = arguments.recordings
-    if isinstance(table.model, BlackBoxDescription):
-        if path.suffix == ".csv":
-            return Measurements.read_csv(path.read_bytes(), table.model)
+    if not isinstance(model, BlackBoxDescription):
+        return open_recordings(Bench.open(arguments.bench), path)
+    if path.suffix == ".csv":
+        return Measurements.read_csv(path.read_bytes(), model)
+    if not holds_runs(path):
         return Measurements.read(path)
-    return open_recordings(Bench.open(arguments.bench), path)
+    if arguments.machine is None:
+        raise InvalidValue(f"'{path.name}' holds recorded runs, from whose signals the output is computed",
+                           "Give the file that declares the machine as --machine FILE")
+    measured = measure_runs(read_runs(path), BlackBox.open(arguments.machine, model.output.name))
+    if measured.description:
+        print(measured.description, file=sys.stderr)
+    return measured

@@ -43,7 +43,7 @@ class Simulators:
         if file is None:
             raise InvalidValue(f"This worker has no simulator of '{machine.title}', which the table names as "
                                f"{machine.simulator[:200]}",
-                               "Start it with `work --machine FILE.toml`, the file from which the table was "
+                               "Start it with `work --machine FILE`, the file from which the table was "
                                "built")
         workers = self._workers(file)
 

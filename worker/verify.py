@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, metavar="FILE", help="the table file")
     parser.add_argument("--bench", type=bench_file, metavar="FILE.toml",
                         help="the bench of the table; a table of another bench is refused (default: not checked)")
-    parser.add_argument("--machine", type=Path, metavar="FILE.toml",
+    parser.add_argument("--machine", type=Path, metavar="FILE",
                         help="the file of another machine from which the table was built, to simulate it")
     parser.add_argument("--points", type=int, default=2000, metavar="N",
                         help="number of random points between the edges of the table (default: %(default)s); "
@@ -88,8 +88,8 @@ def machine_error(table: Table, machine: BlackBoxDescription, path: Path | None,
     if not machine.simulator:
         return "error: not computed; another program computed the table, so there is no simulation to compare with"
     if path is None:
-        return "error: not computed; give --machine FILE.toml to simulate the machine"
-    file = BlackBox.open(path)
+        return "error: not computed; give --machine FILE to simulate the machine"
+    file = BlackBox.open(path, machine.output.name)
     if file.description.digest != machine.digest:
         raise InvalidValue(f"'{path.name}' describes another machine or simulator than the table",
                            "Give the file from which the table was built, or build the table again")

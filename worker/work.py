@@ -13,6 +13,7 @@ from pathlib import Path
 from slipstick import interruption
 from slipstick.black_box import BlackBox
 from slipstick.errors import InvalidValue
+from slipstick.machine import Machine, is_declared
 
 from .bench_option import library_folder
 from .computing import Computer
@@ -33,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--jobs", default=os.environ.get("SLIPSTICK_JOBS", "sqlite:///var/jobs.sqlite"), metavar="URL",
                         help="URL of the job database, the same as for the service (default: environment variable "
                              "SLIPSTICK_JOBS, or sqlite:///var/jobs.sqlite)")
-    parser.add_argument("--machine", type=Path, action="append", default=[], metavar="FILE.toml",
+    parser.add_argument("--machine", type=Path, action="append", default=[], metavar="FILE",
                         help="a machine whose simulator fits with `simulate` may run; repeat the option for each")
     add_dask_argument(parser)
     parser.add_argument("--no-compile", action="store_true",
@@ -61,8 +62,9 @@ def run(arguments: argparse.Namespace) -> int:
     if not Path(arguments.tables).is_dir():
         raise InvalidValue(f"There is no folder '{arguments.tables}'",
                            "Give that of the service as --tables, or in SLIPSTICK_TABLES")
-    files = [BlackBox.open(path) for path in arguments.machine]
+    files = [file for path in arguments.machine for file in BlackBox.open_all(path)]
     simulators = Simulators({file.description.digest: file for file in files}, arguments.dask)
+    declared = {Machine.open(path).name: path for path in arguments.machine if is_declared(path)}
     stops = {signal.SIGTERM, signal.SIGINT}
     resource_tracker.ensure_running()  # before the next lines: when it starts, it unblocks these signals
     # Blocked before other threads start: they inherit the mask, so that only `sigwait` below receives the signals.
@@ -78,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
         modules = f"{__package__}.fit_steps", f"{__package__}.study_steps"
         computers = {queue: Computer(arguments.tables, modules) for queue in jobs.QUEUES}
         fit_job.register(computers, simulators)
-        study_job.register(computers)
+        study_job.register(computers, declared)
         DBOS.launch()
         for queue in jobs.QUEUES:
             DBOS.register_queue(queue, worker_concurrency=1, polling_interval_sec=0.2)

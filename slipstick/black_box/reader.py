@@ -1,4 +1,4 @@
-"""Read the file of a machine, such as docs/motor.toml; errors name the key and the line."""
+"""Read the file of a machine: a TOML file, such as docs/motor.toml, or the Python file that declares a machine."""
 
 import tomllib
 from dataclasses import dataclass
@@ -9,18 +9,20 @@ import numpy as np
 from slipstick.bench.document import Document, Section
 from slipstick.black_box.bridge import Bridge
 from slipstick.black_box.cases import Cases
+from slipstick.black_box.declared import Declared, name_of, open_declared
 from slipstick.black_box.description import BlackBoxDescription, Input, Quantity
 from slipstick.black_box.function import Function
 from slipstick.errors import BadBench, InvalidValue, UnknownName
 from slipstick.numerics.quantities import NotAQuantity, in_unit
+from slipstick.storage.shipped import FOLDER, file_of
 
-Simulator = Function | Bridge
+Simulator = Function | Bridge | Declared
 _GRID, _TIMEOUT = 11, 60.0  # points per axis; s per call
 
 
 @dataclass(frozen=True)
 class BlackBox:
-    """A machine whose equations are not known: what a TOML file says about it.
+    """A machine as a function of inputs and conditions: what a TOML file, or the file that declares it, says about it.
 
     Its description, the conditions to simulate, the simulator, and the default number of grid points of each input.
     """
@@ -31,11 +33,34 @@ class BlackBox:
     points: tuple[int, ...]
 
     @classmethod
-    def open(cls, path: Path | str) -> "BlackBox":
-        """Read the file at `path`; raises `BadBench` with key and line, and `UnknownName` where there is no file."""
-        path = Path(path)
+    def open(cls, path: Path | str, output: str | None = None) -> "BlackBox":
+        """Read the file at `path`, or that of a shipped declared machine of this name.
+
+        `output` chooses among those of a declared machine, by default the first. Raises `BadBench` with key and line,
+        `BadMachine`, and `UnknownName` where there is no file, or no such output.
+        """
+        path = file_of(path, ".py", "machines")
+        if path.suffix == ".py":
+            description, cases, simulator = open_declared(path, output)
+            return cls(description, cases, simulator, (_GRID,) * len(description.inputs))
+        file = cls._open_toml(path)
+        if output not in (None, file.description.output.name):
+            raise UnknownName.of("output", str(output), [file.description.output.name])
+        return file
+
+    @classmethod
+    def open_all(cls, path: Path | str) -> list["BlackBox"]:
+        """As `open`, for each output that the file declares."""
+        first = cls.open(path)
+        if not isinstance(first.simulator, Declared):
+            return [first]
+        return [cls.open(path, name_of(output.name)) for output in first.simulator.machine.outputs]
+
+    @classmethod
+    def _open_toml(cls, path: Path) -> "BlackBox":
         if not path.is_file():
-            raise UnknownName.of("machine", path.name, [other.name for other in path.parent.glob("*.toml")])
+            known = [other.name for other in path.parent.glob("*.toml")]
+            raise UnknownName.of("machine", path.name, known + [other.stem for other in FOLDER.glob("machines/*.py")])
         try:
             document = Document.read(path.read_text("utf-8-sig"), path.name, path.parent)
             return _read(document.root, path.parent)

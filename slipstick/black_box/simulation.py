@@ -4,20 +4,24 @@ import multiprocessing
 import os
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
+from typing import TypeVar
 
 import numpy as np
 
 from slipstick import interruption
+from slipstick.black_box.bridge import Bridge
 from slipstick.black_box.cases import Cases
+from slipstick.black_box.declared import Declared
 from slipstick.black_box.function import Function, NoResult
 from slipstick.black_box.reader import BlackBox
 from slipstick.errors import InvalidValue
 
+T = TypeVar("T", float, np.ndarray)
 DONE, NONE, FAILED = 0, 1, 2
 """Statuses of a run, with the numbers of a table: an output, no output (None or NaN), or an error or timeout."""
 OUTCOMES = {DONE: "with an output", NONE: "without an output", FAILED: "failed"}
@@ -38,6 +42,10 @@ class Simulation:
         if self.file.simulator.identity != self.file.description.simulator:
             raise InvalidValue("The source of the Python callable differs from that of the machine's file, or has "
                                "changed", "Give all machines the same source, and repeat the command")
+        if isinstance(self.file.simulator, Declared):
+            outputs = self.file.simulator.evaluate(self._inputs(points.T, np.ones(len(points))), cases)
+            defined = np.isfinite(outputs)
+            return np.where(defined, outputs, np.nan), np.where(defined, DONE, NONE).astype(np.uint8)
         outputs = np.full((len(points), len(cases)), np.nan)
         status = np.full(outputs.shape, NONE, np.uint8)
         for row, point in enumerate(points):
@@ -67,16 +75,19 @@ class Simulation:
         """Whether single conditions can be simulated."""
         simulator = self.file.simulator
         columns = {quantity.name for quantity in self.file.description.columns}
-        return isinstance(simulator, Function) or any(columns.intersection(vector) for vector in simulator.arguments)
+        return not isinstance(simulator, Bridge) or any(columns.intersection(vector) for vector in simulator.arguments)
 
     def _run(self, point: np.ndarray, cases: Cases) -> Sequence[float | NoResult]:
-        multiples = dict(zip(self.axes, point.tolist(), strict=True))
-        inputs = {entry.name: entry.nominal * multiples.get(entry.name, 1.0) for entry in self.file.description.inputs}
-        return self.file.simulator.run(inputs, cases)
+        return self.file.simulator.run(self._inputs(point.tolist(), 1.0), cases)
+
+    def _inputs(self, multiples: Iterable[T], nominal: T) -> dict[str, T]:
+        """All inputs, in their units, at multiples along the axes; those of the others are `nominal`."""
+        along = dict(zip(self.axes, multiples, strict=True))
+        return {entry.name: entry.nominal * along.get(entry.name, nominal) for entry in self.file.description.inputs}
 
 
 class Workers:
-    """`count` processes (for a Python callable) or threads (for a server) that run simulations of a `file`.
+    """`count` workers that run simulations of a `file`: processes or threads, as of `start_executor`.
 
     By default they are on this machine; `executor` is `count` others.
     """
@@ -87,7 +98,10 @@ class Workers:
     def simulate(self, axes: tuple[str, ...], points: np.ndarray, cases: Cases) -> tuple[np.ndarray, np.ndarray]:
         """As `Simulation.simulate`, in the workers; raises `InvalidValue` also if one of them is killed."""
         simulation = Simulation(self.file, axes)
-        parts = np.array_split(points, max(1, min(len(points), 4 * self.count)))
+        simulator, count = self.file.simulator, 4 * self.count
+        if isinstance(simulator, Declared):
+            count = len(points) * len(cases) // simulator.most_runs + 1
+        parts = np.array_split(points, max(1, min(len(points), count)))
         try:
             results = list(self.executor.map(simulation.simulate, parts, [cases] * len(parts)))
         except BrokenProcessPool as error:
@@ -103,8 +117,8 @@ def killed() -> InvalidValue:
 
 
 def start_executor(file: BlackBox, count: int) -> Executor:
-    """`count` processes for a Python callable, threads for a server."""
-    if not isinstance(file.simulator, Function):
+    """`count` processes for a Python callable or a declared machine, threads for others, which have processes."""
+    if not isinstance(file.simulator, Function | Declared):
         return ThreadPoolExecutor(count)
     return start_processes(count)
 

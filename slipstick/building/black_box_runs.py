@@ -9,6 +9,7 @@ import numpy as np
 
 from slipstick import __version__
 from slipstick.black_box import BlackBox, BlackBoxDescription, Cases, Simulation
+from slipstick.black_box.declared import Declared
 from slipstick.black_box.simulation import FAILED, NONE
 from slipstick.building.plan import Simulate, grid_points, slices
 from slipstick.table import Axis
@@ -48,7 +49,12 @@ class BlackBoxRuns:
     @property
     def chunks(self) -> list[slice]:
         """Slices of the design."""
-        return slices(len(self.design), max(1, CHUNK // len(self.conditions)))
+        return slices(len(self.design), max(1, self._most_runs // len(self.conditions)))
+
+    @property
+    def _most_runs(self) -> int:
+        """Runs per chunk; a declared machine makes many at once."""
+        return self.file.simulator.most_runs if isinstance(self.file.simulator, Declared) else CHUNK
 
     @property
     def simulation(self) -> Simulation:
@@ -70,8 +76,8 @@ class BlackBoxRuns:
     def digest(self) -> str:
         """SHA-256 of the machine with its simulator, the conditions and the points."""
         names = [axis.name for axis in self.axes]
-        description = json.dumps([self.model.digest, self.conditions.digest, names, self.file.simulator.timeout, CHUNK,
-                                  self.design.tolist()])
+        description = json.dumps([self.model.digest, self.conditions.digest, names, self.file.simulator.timeout,
+                                  self._most_runs, self.design.tolist()])
         return hashlib.sha256(description.encode()).hexdigest()
 
     def points(self, chunk: slice) -> np.ndarray:

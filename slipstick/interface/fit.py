@@ -23,6 +23,7 @@ from slipstick.interface.models import ModelLike, RecordingsLike, as_mapping, mo
 from slipstick.interface.progress import ProgressLine, Show
 from slipstick.interface.result import HEAD, Result
 from slipstick.interface.tables import TableLike, measured_of, open_table, require_outside
+from slipstick.machine import Runs
 from slipstick.pictures import CAPTIONS, pictures
 from slipstick.pictures.theme import Spec
 from slipstick.plausibility.mismatch import require_match
@@ -157,7 +158,7 @@ class Fit(Result):
 _OUTPUT = ("result", "physical", "figure_data", "seconds", "processor_seconds")
 
 
-def fit(simulator: TableLike | Bench | BlackBox, recordings: RecordingsLike | Measurements,
+def fit(simulator: TableLike | Bench | BlackBox, recordings: RecordingsLike | Measurements | Runs,
         parameters: str | Sequence[str] | None = None, *, model: ModelLike | None = None, outside: Outside = "clip",
         settings: FitSettings | Mapping[str, Any] | None = None, budget: float | str | None = None,
         progress: bool | Show = True, name: str = "recordings", **changed: Any) -> Fit:
@@ -168,8 +169,9 @@ def fit(simulator: TableLike | Bench | BlackBox, recordings: RecordingsLike | Me
     simulator : Table, Bench or BlackBox
         What computes the output: a table, or the path of its file, interpolates; a bench or a black box is simulated,
         which takes longer and lets any parameter be uncertain.
-    recordings : Recordings, Measurements, str or Path
-        The measured shifting times, the name or the path of a file with them, or outputs of the black box.
+    recordings : Recordings, Measurements, Runs, str or Path
+        The measured shifting times, the name or the path of a file with them, or outputs of the black box; of a
+        declared machine that is simulated also its recorded runs.
     parameters : str or sequence of str, optional
         Names of the uncertain inputs; by default all axes of a table. All others keep their nominal values.
     model : Model, result or path, optional
@@ -209,13 +211,13 @@ def fit(simulator: TableLike | Bench | BlackBox, recordings: RecordingsLike | Me
     require_outside(outside)
     chosen = settings_of(settings, changed)
     simulator = simulator if isinstance(simulator, Bench | BlackBox) else open_table(simulator)
-    recordings = measured_of(recordings)
+    measured = measured_of(recordings, simulator)
     parameters = [parameters] if isinstance(parameters, str) else parameters
     end = time.monotonic() + limit
     with ExitStack() as stack:
         show = stack.enter_context(ProgressLine()).shown(progress)
         begin = clock_times()
-        task = _task(simulator, recordings, parameters, model, outside, chosen, stack)
+        task = _task(simulator, measured, parameters, model, outside, chosen, stack)
         search = _Search(task, end, show)
         state, estimate, times = search.run({"seconds": {}, "processor_seconds": {}}, begin)
         begin = clock_times()
@@ -224,7 +226,7 @@ def fit(simulator: TableLike | Bench | BlackBox, recordings: RecordingsLike | Me
     table = simulator if isinstance(simulator, Table) else None
     request = {"id": name, "table": "table" if table is not None else "simulator",
                "table_digest": task.model.digest if table is None else table.digest, "simulate": table is None,
-               "recordings": name, "recordings_digest": recordings.digest, "outside": outside,
+               "recordings": name, "recordings_digest": measured.digest, "outside": outside,
                "settings": json.loads(json.dumps(task.settings.to_dict())), "submitted": submitted, "ended": now()}
     return Fit(request, {**output, **times})
 

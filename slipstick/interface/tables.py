@@ -12,12 +12,13 @@ from typing import Any, ClassVar, Self, get_args
 import numpy as np
 
 from slipstick.bench.conditions import CONDITION_UNITS
-from slipstick.black_box import Measurements
+from slipstick.black_box import BlackBox, Measurements, measure_runs
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.inference.problems import Measured
 from slipstick.interface.frames import data_frame
 from slipstick.interface.models import describe
 from slipstick.interface.result import Result
+from slipstick.machine import Runs
 from slipstick.pictures.conditions import described
 from slipstick.recordings import Recordings
 from slipstick.table import Outside, Table
@@ -37,12 +38,18 @@ def open_table(given: TableLike) -> Table:
     return table
 
 
-def measured_of(given: Measured | Path | str) -> Measured:
-    """Recordings or measurements that are `given`, or recordings of a name or a file; raises `InvalidValue`."""
+def measured_of(given: Measured | Runs | Path | str, machine: object = None) -> Measured:
+    """Recordings or measurements that are `given`, recordings of a name or a file, or what runs of a `machine` measure.
+
+    Raises `InvalidValue` and `BadRecording`.
+    """
+    if isinstance(given, Runs) and isinstance(machine, BlackBox):
+        return measure_runs(given, machine)
     measured = Recordings.open(given) if isinstance(given, Path | str) else given
     if not isinstance(measured, Recordings | Measurements):
         raise InvalidValue(f"{describe(given)} is not recordings",
-                           "Give Recordings, their name or path, or Measurements of a black box")
+                           "Give Recordings, their name or path, or Measurements of a black box, those of runs by "
+                           "slipstick.black_box.measure_runs")
     return measured
 
 

@@ -11,11 +11,11 @@ from slipstick.machine.declaration import (
     Quantity,
     Sensor,
 )
-from slipstick.machine.experiments import Experiments, evaluate_output, list_experiments
-from slipstick.machine.opening import open_machine
+from slipstick.machine.experiments import Experiments, evaluate_output, list_experiments, select_profiles
+from slipstick.machine.opening import is_declared, open_machine
 from slipstick.machine.runs import Profile, Runs
 from slipstick.machine.runs_file import holds_runs, read_runs, require_runs, units_of, write_runs
 
 __all__ = ["Block", "Command", "Condition", "Curve", "Experiments", "Machine", "Output", "Parameter", "Profile",
-           "Quantity", "Runs", "Sensor", "evaluate_output", "holds_runs", "list_experiments", "open_machine",
-           "read_runs", "require_runs", "units_of", "write_runs"]
+           "Quantity", "Runs", "Sensor", "evaluate_output", "holds_runs", "is_declared", "list_experiments", "open_machine",
+           "read_runs", "require_runs", "select_profiles", "units_of", "write_runs"]

@@ -54,7 +54,7 @@ def list_experiments(machine: Machine) -> Experiments:
     levels = {each.name: table[:, len(numbers) + place] for place, each in enumerate(machine.conditions)}
     count = round(machine.duration / machine.step) + 1
     return Experiments(np.arange(count) * machine.step,
-                       {each.name: _select(each.profiles, numbers[each.name]) for each in machine.commands},
+                       {each.name: select_profiles(each.profiles, numbers[each.name]) for each in machine.commands},
                        numbers, levels)
 
 
@@ -84,7 +84,7 @@ def find_time(time: np.ndarray, signal: np.ndarray, level: float, rising: bool =
     return np.where(crossed.any(axis=1), time[first] + share * (time[first + 1] - time[first]), np.nan)
 
 
-def _select(profiles: tuple[Corners, ...], numbers: np.ndarray) -> Profile:
+def select_profiles(profiles: tuple[Corners, ...], numbers: np.ndarray) -> Profile:
     """Return profiles by number, all with as many corners as the longest one."""
     longest = max(len(corners) for corners in profiles)
     padded = np.array([[*corners, *(corners[-1],) * (longest - len(corners))] for corners in profiles], float)

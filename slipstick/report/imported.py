@@ -4,7 +4,6 @@ from slipstick import __version__
 from slipstick.acquisition.comparison import Comparison
 from slipstick.acquisition.result import Imported, ImportedFiles, ImportedRuns
 from slipstick.bench import Bench
-from slipstick.machine import digest_of
 from slipstick.pictures.imported import CAPTIONS, engagement, overlay
 from slipstick.pictures.theme import Spec, in_words
 from slipstick.recordings.signals import SIGNAL_UNITS

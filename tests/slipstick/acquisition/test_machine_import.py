@@ -15,7 +15,7 @@ from scipy.io import savemat
 
 from slipstick.acquisition import open_source, propose_for_machine, read_machine_mapping
 from slipstick.errors import BadRecording
-from slipstick.machine import Command, Condition, Machine, Sensor, digest_of, read_runs, require_runs, write_runs
+from slipstick.machine import Command, Condition, Machine, Sensor, read_runs, require_runs, write_runs
 from tests.slipstick.acquisition.sled import MAP, MOVE, REST, SLED, STANDSTILLS, as_csv, imported, recording
 
 WHOLE = round((REST + MOVE) / 1e-3)  # samples from one standstill to the next
@@ -76,7 +76,7 @@ def test_runs_of_every_format_have_the_units_of_the_machine(form: str, tmp_path:
     assert runs.order is not None
     assert runs.order.tolist() == [0, 1, 2, 3, 4]
     again = require_runs(SLED, read_runs(write_runs(runs, SLED)))
-    assert digest_of(again) == digest_of(runs)
+    assert again.digest == runs.digest
 
 
 @pytest.mark.parametrize(("cut", "begins", "end"), [
