@@ -170,6 +170,11 @@ def output_of(job: WorkflowStatus) -> dict[str, Any]:
     return output
 
 
+def is_of_machine(job: WorkflowStatus) -> bool:
+    """Return whether a job is a study of a declared machine."""
+    return bool(input_of(job).get("machine"))
+
+
 def is_partial(job: WorkflowStatus) -> bool:
     """Return whether the time budget of a job ended before its result was complete."""
     return job.status == "SUCCESS" and bool(output_of(job)["result"].get("partial"))

@@ -1,10 +1,14 @@
 """Request and response bodies of studies. Settings, progress and result are those of `slipstick.studies`."""
 
+from dataclasses import asdict
 from typing import Annotated, Any
 
 import orjson
 from pydantic import BaseModel, Field, TypeAdapter, ValidatorFunctionWrapHandler, WrapValidator
 
+from slipstick.engine.settings import EngineSettings
+from slipstick.interface.machine_study import settings_of
+from slipstick.machine_studies import MachineStudyResult
 from slipstick.studies import StudyResult, StudySettings
 from slipstick.studies.progress import StudyProgress
 from slipstick.studies.result import Law
@@ -22,6 +26,13 @@ def _strict_settings(value: Any, handler: ValidatorFunctionWrapHandler) -> Study
     return value if isinstance(value, StudySettings) else _SETTINGS.validate_json(orjson.dumps(value), strict=True)
 
 
+def _strict_engine(value: Any, handler: ValidatorFunctionWrapHandler) -> EngineSettings:
+    if isinstance(value, EngineSettings):
+        return value
+    settings: EngineSettings = TypeAdapter(EngineSettings).validate_json(orjson.dumps(value), strict=True)
+    return settings_of(asdict(settings))
+
+
 class StudyRequest(StrictModel):
     """A study of recordings."""
 
@@ -30,15 +41,19 @@ class StudyRequest(StrictModel):
     settings: Annotated[StudySettings, WrapValidator(_strict_settings)] = Field(
         default_factory=StudySettings,
         description="Settings of the study. Omitted settings have default values, which the response reports.")
+    engine: Annotated[EngineSettings, WrapValidator(_strict_engine)] = Field(
+        default_factory=EngineSettings, description="Settings of the study of runs of a declared machine, instead of "
+                                                    "`settings`.")
     time_budget: TimeBudget = DEFAULT
 
 
 class Study(Job):
     """A study without its progress and result."""
 
-    bench: str = Field(description="Name of the bench.")
-    bench_digest: str = Field(description="SHA-256 digest of the physics of the bench.")
-    sensing_digest: str = Field(description="SHA-256 digest of the sensors and priors of the bench.")
+    bench: str | None = Field(description="Name of the bench; null for runs of a declared machine.")
+    machine: str | None = Field(default=None, description="Name of the declared machine; null for a bench.")
+    bench_digest: str | None = Field(description="SHA-256 digest of the physics of the bench.")
+    sensing_digest: str | None = Field(description="SHA-256 digest of the sensors and priors of the bench.")
 
 
 class StudyWithProgress(Study):
@@ -60,7 +75,8 @@ class FinishedStudy(BaseModel):
     id: str = Field(description="Id of the study.")
     recordings: str = Field(description="Name of the recordings.")
     recordings_digest: RecordingsDigest
-    result: StudyResult
+    result: MachineStudyResult | StudyResult = Field(
+        description="What was found, of a bench (`StudyResult`) or of a declared machine (`MachineStudyResult`).")
     seconds: dict[str, float] = Field(description="Elapsed (wall-clock) time of each stage in s.")
     processor_seconds: dict[str, float] = Field(
         description="Processor time of each stage in s, summed over all threads of the worker.")

@@ -78,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _study_machine(arguments: argparse.Namespace) -> int:
     """Study the runs of a declared machine, and do the same with the result."""
-    for name in ("signals", "extended", "laws"):
+    for name in ("signals", "extended"):
         if getattr(arguments, name) is not None:
             raise InvalidValue(f"--{name} is about a bench, not about a declared machine", "Leave it out")
     settings = read_json(arguments.settings) if arguments.settings else {}
@@ -88,7 +88,7 @@ def _study_machine(arguments: argparse.Namespace) -> int:
     print(machine_study_text(output.result))
     written = [*([output.save(arguments.out)] if arguments.out else []),
                *([output.report(arguments.report)] if arguments.report else []),
-               ]
+               *(output.save_laws(arguments.laws) if arguments.laws else [])]
     if written:
         print(f"\nWrote {', '.join(map(str, written))}")
     return 0

@@ -4,9 +4,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from itertools import islice
 
+import numpy as np
+
 from slipstick.bench import Bench, parameters
 from slipstick.black_box import Measurements
 from slipstick.interface.tables import condition_columns
+from slipstick.machine import Runs
 from slipstick.pictures.theme import in_words
 from slipstick.recordings import Recordings
 from slipstick.report.markup import definitions, paragraph, section, table
@@ -30,13 +33,33 @@ def table_page(name: str, shown_table: Table, about: str) -> str:
                                        ("digest of the model", shown_table.model.digest)]))])
 
 
-def recordings_page(name: str, recordings: Recordings | Measurements, about: str) -> str:
+def recordings_page(name: str, recordings: Recordings | Measurements | Runs, about: str) -> str:
     """Return the content of the page of recordings."""
+    if isinstance(recordings, Runs):
+        return _runs_page(name, recordings, about)
     output = "shifting time [s]" if isinstance(recordings, Recordings) else \
         f"{recordings.output.name} [{recordings.output.unit}]"
     return _page("Recordings", name, about, f"/v1/recordings/{name}", [
         section("Engagements", _conditions(recordings.conditions, {output: recordings.measured_time.tolist()})),
         section("Origin", definitions([("digest", recordings.digest)]))])
+
+
+def _runs_page(name: str, runs: Runs, about: str) -> str:
+    """Return the content of the page of runs of a declared machine: what was recorded, and constants of the runs."""
+    recorded = [(kind, entry, runs.units.get(entry, ""), f"{np.min(values):.5g} to {np.max(values):.5g}")
+                for kind, entries in (("signal", runs.signals), ("command", {
+                    entry: profile.value for entry, profile in runs.commands.items()}), ("channel", runs.channels))
+                for entry, values in entries.items()]
+    constants = {entry: values for entry, values in {**runs.conditions, **runs.channels}.items() if values.ndim == 1}
+    head = ("run", *(f"{entry} [{runs.units[entry]}]" if runs.units.get(entry, "1") != "1" else entry
+                     for entry in constants))
+    rows = [[str(number), *(f"{values[number]:.5g}" for values in constants.values())]
+            for number in range(min(len(runs), _MOST))]
+    return _page("Recordings", name, about, f"/v1/recordings/{name}", [
+        section("Recorded", paragraph(f"{len(runs.time)} samples from {runs.time[0]:g} to {runs.time[-1]:g} s"),
+                table(("kind", "name", "unit", "range"), recorded, {1, 2})),
+        section("Runs", table(head, rows)) if constants else "",
+        section("Origin", definitions([("machine", runs.machine), ("digest", runs.digest)]))])
 
 
 def bench_page(name: str, bench: Bench, about: str) -> str:

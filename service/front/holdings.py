@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from slipstick.black_box import Measurements
 from slipstick.errors import SlipstickError
+from slipstick.machine import Runs
 from slipstick.pictures import units
 from slipstick.pictures.theme import in_words
 from slipstick.report.words import listed
@@ -51,7 +52,10 @@ def _range(axis: Axis) -> str:
 
 def about_recordings(library: Library, name: str) -> str:
     """Return what recordings hold, in a sentence."""
-    recordings = library.measured(name)
+    recordings = library.recorded(name)
+    if isinstance(recordings, Runs):
+        description = f". {recordings.description}" if recordings.description else ""
+        return f"{plural(len(recordings), 'run')} of the machine “{recordings.machine}”{description}"
     if isinstance(recordings, Measurements):
         output = recordings.output
         return f"{plural(len(recordings), 'measurement')} of {in_words(output.name)} in {output.unit}"

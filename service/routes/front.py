@@ -61,7 +61,7 @@ def table_details(name: TableNamePath, library: LibraryDependency) -> HTMLRespon
 @router.get("/recordings/{name}", response_class=HTMLResponse)
 def recordings_details(name: RecordingsNamePath, library: LibraryDependency) -> HTMLResponse:
     """The page of recordings."""
-    recordings = library.measured(name)
+    recordings = library.recorded(name)
     return HTMLResponse(document(name, recordings_page(name, recordings, about_recordings(library, name))))
 
 

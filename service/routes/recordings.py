@@ -7,6 +7,8 @@ from pydantic import BaseModel, Field
 
 from slipstick.black_box import Measurements
 from slipstick.errors import InvalidValue, SlipstickError
+from slipstick.machine import Runs, holds_runs
+from slipstick.machine.runs_file import read_untrusted_runs
 from slipstick.recordings import Form, Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.storage.library import Library
@@ -69,6 +71,32 @@ class SignalsDescription(BaseModel):
     end: float = Field(description="Time of the last sample in s after the shift command.")
 
 
+class RunsDescription(BaseModel):
+    """Description of recorded runs of a declared machine."""
+
+    name: str = Field(description="Name of the recordings.")
+    digest: Digest
+    description: str = Field(description="Description stored in the file.")
+    machine: str = Field(description="Name of the machine, of which a worker needs the file to study the runs.")
+    runs: int = Field(description="Number of runs.")
+    samples: int = Field(description="Number of samples of each signal in each run.")
+    start: float = Field(description="Time of the first sample in s.")
+    end: float = Field(description="Time of the last sample in s.")
+    signals: list[str] = Field(description="Names of the measured signals.")
+    commands: list[str] = Field(description="Names of the commands.")
+    conditions: dict[str, list[float]] = Field(description="Value of each condition in each run, by name.")
+    channels: list[str] = Field(description="Names of further channels.")
+    units: dict[str, str] = Field(description="Units of all of them, by name.")
+
+    @classmethod
+    def of(cls, name: str, runs: Runs) -> "RunsDescription":
+        """The runs `name` as the service describes them."""
+        return cls(name=name, digest=runs.digest, description=runs.description, machine=runs.machine, runs=len(runs),
+                   samples=len(runs.time), start=runs.time[0], end=runs.time[-1], signals=list(runs.signals),
+                   commands=list(runs.commands), channels=list(runs.channels), units=dict(runs.units),
+                   conditions={name: values.tolist() for name, values in runs.conditions.items()})
+
+
 class RecordingsDescription(BaseModel):
     """Description of recordings."""
 
@@ -124,9 +152,9 @@ def list_recordings(library: LibraryDependency, request: Request, limit: Limit =
 
 @router.get("/{name}", summary="Describe recordings", responses=error_responses(404) | NOT_MODIFIED)
 def describe_recordings(name: RecordingsNamePath, library: LibraryDependency,
-                        client: RevalidationDependency) -> RecordingsDescription:
+                        client: RevalidationDependency) -> RecordingsDescription | RunsDescription:
     """Return the measured shifting times, the conditions, and a description of the recorded signals."""
-    recordings = library.measured(name)
+    recordings = library.recorded(name)
     client.require_change(recordings.digest, recordings.description)  # the digest is one of the numbers only
     return describe(name, recordings)
 
@@ -134,26 +162,27 @@ def describe_recordings(name: RecordingsNamePath, library: LibraryDependency,
 @router.post("", summary="Upload recordings", status_code=201, openapi_extra=_UPLOAD_BODY,
              responses=error_responses(404, 408, 409, 413, 415, 503) | {200: {
                  "description": "Identical recordings already existed under this name",
-                 "model": RecordingsDescription}})
+                 "model": RecordingsDescription | RunsDescription}})
 @reads_upload
 def upload_recordings(name: NewRecordingsName, upload: Annotated[tuple[Form, bytes], Depends(_upload_body)],
                       library: LibraryDependency, response: Response,
-                      bench: RecordingsBench = None, table: MachineTable = None) -> RecordingsDescription:
+                      bench: RecordingsBench = None,
+                      table: MachineTable = None) -> RecordingsDescription | RunsDescription:
     """Check a recordings file and store it.
 
     The request body is the file itself. A CSV file (Content-Type text/csv) has one row per engagement, with its
     condition and its shifting time, and numbers the current profiles of a `bench`; send it with `curl --data-binary
-    @bench.csv --header 'Content-Type: text/csv'`. It is stored as HDF5. An
-    HDF5 file (Content-Type application/x-hdf5) can contain signals as well. With `table` instead of `bench`, the CSV
-    holds measurements of the machine of that table. An existing file is never replaced: the
-    upload of different content under an existing name is rejected with 409.
+    @bench.csv --header 'Content-Type: text/csv'`. It is stored as HDF5. An HDF5 file (Content-Type application/x-hdf5)
+    can contain signals as well, or runs of a declared machine, as `slipstick import --machine` writes them. With
+    `table` instead of `bench`, the CSV holds measurements of the machine of that table. An existing file is never
+    replaced: the upload of different content under an existing name is rejected with 409.
     """
     form, content = upload
     return store(library, response, name, content, form, bench, table)
 
 
 def store(library: Library, response: Response, name: str, content: bytes, form: Form,
-          bench: str | None = None, table: str | None = None) -> RecordingsDescription:
+          bench: str | None = None, table: str | None = None) -> RecordingsDescription | RunsDescription:
     """Store recordings and set the Location of the response; its status is 200 if the same ones have this name already.
 
     Raises `Conflict` if other ones have it.
@@ -161,22 +190,32 @@ def store(library: Library, response: Response, name: str, content: bytes, form:
     if table is not None and (form != "csv" or bench is not None):
         raise InvalidValue("Measurements of another machine are a CSV file without a bench",
                            "Send text/csv with either `bench` or `table`")
-    stored: Recordings | Measurements
+    is_runs = form == "h5" and holds_runs(content)
+    stored: Recordings | Measurements | Runs
     try:
-        stored = (library.add_recordings(name, content, form, bench) if table is None else
-                  library.add_measurements(name, content, table))
+        if is_runs:
+            stored = library.add_runs(name, content)
+        else:
+            stored = (library.add_recordings(name, content, form, bench) if table is None else
+                      library.add_measurements(name, content, table))
     except FileExistsError:
-        same = (library.read_recordings(content, form, bench) if table is None else
-                library.read_measurements(content, table))
-        if name not in library.recordings() or library.measured(name).digest != same.digest:
+        same: Recordings | Measurements | Runs
+        if is_runs:
+            same = read_untrusted_runs(content)
+        else:
+            same = (library.read_recordings(content, form, bench) if table is None else
+                    library.read_measurements(content, table))
+        if name not in library.recordings() or library.recorded(name).digest != same.digest:
             raise Conflict(f"A different file named '{name}' already exists", "Choose another name") from None
-        stored, response.status_code = library.measured(name), 200
+        stored, response.status_code = library.recorded(name), 200
     response.headers["Location"] = f"/v1/recordings/{name}"
     return describe(name, stored)
 
 
-def describe(name: str, recordings: Recordings | Measurements) -> RecordingsDescription:
+def describe(name: str, recordings: Recordings | Measurements | Runs) -> RecordingsDescription | RunsDescription:
     """The recordings `name` as the service describes them."""
+    if isinstance(recordings, Runs):
+        return RunsDescription.of(name, recordings)
     if isinstance(recordings, Measurements):
         return RecordingsDescription(
             name=name, digest=recordings.digest, conditions_digest=recordings.conditions.digest,
@@ -200,7 +239,7 @@ def describe(name: str, recordings: Recordings | Measurements) -> RecordingsDesc
 def _entry(library: Library, name: str) -> RecordingsEntry:
     href = f"/v1/recordings/{name}"
     try:
-        recordings = library.measured(name)
+        recordings = library.recorded(name)
     except SlipstickError as error:
         return RecordingsEntry(name=name, engagements=None, digest=None, description="", problem=str(error), href=href)
     return RecordingsEntry(name=name, engagements=len(recordings), digest=recordings.digest,

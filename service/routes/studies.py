@@ -7,6 +7,8 @@ import orjson
 from dbos import WorkflowStatus
 from fastapi import APIRouter, Body, Depends, Query, Request, Response
 
+from slipstick.errors import InvalidValue
+from slipstick.machine import Runs
 from slipstick.naming.study import scene_of
 from slipstick.storage.library import Library
 from slipstick.studies.progress import StudyProgress
@@ -24,6 +26,7 @@ from ..jobs import (
     finished_job,
     idempotency_key_header,
     input_of,
+    is_of_machine,
     job_fields,
     job_filter,
     job_id_path,
@@ -65,7 +68,8 @@ def submit_study(body: Annotated[StudyRequest, Body(examples=[_EXAMPLE])], libra
     which quantity depends on something that the model does not contain. Findings are named after effects of the
     catalogue, and confirmed by fits of the simulation of the whole test bench without and with them. Recordings need
     the pressure, or the torque and a speed, and 24 or more engagements; others are rejected with 422. A study of
-    recordings that cannot be of the bench fails within seconds.
+    recordings that cannot be of the bench fails within seconds. Runs of a declared machine are studied by a worker that
+    was given the file of this machine (`slipstick work --machine FILE.py`), with the settings `engine`.
     """
     study = submit(store, key, _job_input(library, body), "long")
     response.headers["Location"] = f"{store.address}/{study.workflow_id}"
@@ -121,6 +125,9 @@ def study_model(id: StudyId, store: StudyStore, which: Annotated[Literal["before
     """
     study = finished_job(store, id)
     require_complete(store, study)
+    if is_of_machine(study):
+        raise InvalidValue(f"The study '{id}' is of a declared machine, which has no model file",
+                           "Fetch its laws, and add them to the equations")
     return ModelSpec(**output_of(study)["result"][which]["model"])
 
 
@@ -139,6 +146,10 @@ def delete_study(id: StudyId, store: StudyStore) -> None:
 
 def _job_input(library: Library, body: StudyRequest) -> JobInput:
     """Return the input of the worker, after checks that reject a study that would fail later."""
+    recorded = library.recorded(body.recordings)
+    if isinstance(recorded, Runs):
+        return {"recordings": body.recordings, "recordings_digest": recorded.digest, "machine": recorded.machine,
+                "settings": asdict(body.engine), "time_budget": body.time_budget, **bench_input(library, None)}
     recordings = library.recording(body.recordings)
     bench = body.bench or library.bench_of_recordings(recordings)
     scene_of(library.bench(bench), recordings, body.settings.naming)

@@ -1,20 +1,24 @@
 """The measured laws of the findings of a study, as JSON and as files for other programs."""
 
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Path, Query, Response
 
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.law_files import FORMATS, write_law
+from slipstick.machine_studies import MachineStudyResult
+from slipstick.machine_studies.result import MachineFinding
+from slipstick.machine_studies.study import law_table as machine_law_table
 from slipstick.studies.export import file_stem, has_table, law_table
 from slipstick.studies.formula import equation
-from slipstick.studies.record import result_from_dict
+from slipstick.studies.record import from_dict, result_from_dict
 from slipstick.studies.result import FindingResult
 
 from ..bodies import JsonRoute
 from ..error_responses import error_responses
 from ..job_store import JobStore
-from ..jobs import finished_job, output_of
+from ..jobs import finished_job, is_of_machine, output_of
 from ..routes.studies import StudyId, StudyStore
 from ..study_schemas import FindingLaw, LawList
 
@@ -59,18 +63,23 @@ def study_law(id: StudyId, n: Index, store: StudyStore,
     if not has_table(finding):
         raise InvalidValue(f"The law of the finding “{finding.title}” is a single number", "Omit `format`")
     name = f"{id}_{n}_{file_stem(finding)}.{format}"
-    return Response(write_law(law_table(finding), f".{format}"), media_type=FORMATS[f".{format}"].media_type,
+    table = machine_law_table(finding) if isinstance(finding, MachineFinding) else law_table(finding)
+    return Response(write_law(table, f".{format}"), media_type=FORMATS[f".{format}"].media_type,
                     headers={"Content-Disposition": f'attachment; filename="{name}"'})
 
 
-def _findings(store: JobStore, id: str) -> list[FindingResult]:
-    return result_from_dict(output_of(finished_job(store, id))["result"]).findings
+def _findings(store: JobStore, id: str) -> Sequence[FindingResult | MachineFinding]:
+    study = finished_job(store, id)
+    result = output_of(study)["result"]
+    return (from_dict(MachineStudyResult, result) if is_of_machine(study) else result_from_dict(result)).findings
 
 
-def _law(store: JobStore, id: str, n: int, finding: FindingResult) -> FindingLaw:
+def _law(store: JobStore, id: str, n: int, finding: FindingResult | MachineFinding) -> FindingLaw:
     assert finding.law is not None
+    effect, written = (finding.kind, finding.equation) if isinstance(finding, MachineFinding) else (
+        finding.effect, equation(finding))
     address = f"{store.address}/{id}/laws/{n}"
     files = [suffix.removeprefix(".") for suffix in FORMATS] if has_table(finding) else []
-    return FindingLaw(finding=n, title=finding.title, effect=finding.effect, quantity=finding.quantity,
-                      depends_on=finding.depends_on, law=finding.law, equation=equation(finding),
+    return FindingLaw(finding=n, title=finding.title, effect=effect, quantity=finding.quantity,
+                      depends_on=finding.depends_on, law=finding.law, equation=written,
                       links={"json": address, **{name: f"{address}?format={name}" for name in files}})

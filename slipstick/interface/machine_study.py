@@ -14,13 +14,15 @@ from slipstick.interface.frames import data_frame
 from slipstick.interface.models import as_mapping
 from slipstick.interface.progress import ProgressLine, Show
 from slipstick.interface.result import Result
+from slipstick.law_files import FORMATS, write_law
 from slipstick.machine import Machine, Runs
 from slipstick.machine_studies import MachineFigures, MachineStudyResult, study_machine
 from slipstick.machine_studies.result import MachineFinding
-from slipstick.machine_studies.study import Studied, end_early
+from slipstick.machine_studies.study import Studied, end_early, law_table
 from slipstick.pictures.machine_study import CAPTIONS, machine_pictures
 from slipstick.pictures.theme import Spec
 from slipstick.report.machine_study import lead, machine_study_page
+from slipstick.studies.export import file_stem, has_table
 from slipstick.studies.record import from_dict
 from slipstick.time_budget import TimeBudgetEnded, clock_times, seconds_of, stage_times
 
@@ -76,6 +78,16 @@ class MachineStudy(Result):
         require_html(path)
         values = self.to_dict()
         return write(path, machine_study_page(values, values).encode())
+
+    def save_laws(self, folder: Path | str) -> list[Path]:
+        """Write each law over points as a `.csv`, `.mat`, `.mo` and `.h` file; return their paths."""
+        written = []
+        for number, finding in enumerate(self.findings, 1):
+            if has_table(finding):
+                stem = f"{number}_{file_stem(finding)}"
+                written += [write(Path(folder) / f"{stem}{suffix}", write_law(law_table(finding), suffix))
+                            for suffix in FORMATS]
+        return written
 
     def to_dict(self) -> dict[str, Any]:
         """The study as JSON; `result` is that of the REST service."""

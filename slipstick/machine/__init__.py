@@ -17,5 +17,5 @@ from slipstick.machine.runs import Profile, Runs
 from slipstick.machine.runs_file import holds_runs, read_runs, require_runs, units_of, write_runs
 
 __all__ = ["Block", "Command", "Condition", "Curve", "Experiments", "Machine", "Output", "Parameter", "Profile",
-           "Quantity", "Runs", "Sensor", "evaluate_output", "holds_runs", "is_declared", "list_experiments", "open_machine",
-           "read_runs", "require_runs", "select_profiles", "units_of", "write_runs"]
+           "Quantity", "Runs", "Sensor", "evaluate_output", "holds_runs", "is_declared", "list_experiments",
+           "open_machine", "read_runs", "require_runs", "select_profiles", "units_of", "write_runs"]

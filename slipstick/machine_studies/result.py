@@ -37,6 +37,8 @@ class MachineFinding:
     """What the change depends on."""
     kind: str | None
     """The kind of effect that explains the law, such as Coulomb friction; null where the measured law explains more."""
+    equation: str | None
+    """The change by that kind, with its coefficients in numbers and units; null without one."""
     coefficients: list[Coefficient]
     """Coefficients of that kind with 95 % intervals; empty without one."""
     blocks: list[str]

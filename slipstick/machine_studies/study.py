@@ -12,6 +12,9 @@ from slipstick.engine.measured_law import Law as EngineLaw
 from slipstick.engine.selection import Finding
 from slipstick.engine.settings import EngineSettings
 from slipstick.engine.study import Confirmation, MachineStudy, ParameterEstimate, study
+from slipstick.errors import InvalidValue
+from slipstick.law_files import LawTable
+from slipstick.law_files.machine_law import has_points, tabulate, write_equation
 from slipstick.machine import Machine, Runs, require_runs, units_of
 from slipstick.machine.declaration import SENSOR
 from slipstick.machine_studies.result import (
@@ -32,7 +35,6 @@ _DEVIATIONS = 1.96
 """Standard errors on either side of a 95 % interval."""
 _SHOWN, _POINTS = 3, 400
 """Runs that are shown, and the points of a curve: more than a picture resolves."""
-_UP_TO: tuple[Literal["nothing", "constant", "line"], ...] = ("nothing", "constant", "line")
 
 Log = Callable[[str], None]
 Studied = tuple[MachineStudyResult, MachineFigures]
@@ -98,9 +100,10 @@ def _state_finding(finding: Finding, studied: MachineStudy) -> MachineFinding:
                      for name in fit.laws[pair].variables})
     return MachineFinding(
         name_finding(pair, None if kind is None else kind.name), *pair, None if kind is None else kind.name,
+        None if kind is None or law is None else write_equation(law, kind),
         [] if kind is None else _state_coefficients(kind), blocks, finding.nats, finding.errors,
         [Rival(name_finding(rival, None), *rival) for rival in finding.rivals],
-        None if law is None or law.kind in ("lags", "past") else _state_law(law),
+        None if law is None or not has_points(law) else _state_law(law, kind),
         confirmation is not None and confirmation.nats > 0 if is_simulated else None)
 
 
@@ -108,10 +111,20 @@ def _state_coefficients(kind: KindOfLaw) -> list[Coefficient]:
     return [Coefficient(each.name, each.unit, each.value, each.lower, each.upper, False) for each in kind.coefficients]
 
 
-def _state_law(law: EngineLaw) -> Law:
-    half = _DEVIATIONS * law.std
-    return Law(_round(law.x), law.on_unit, _round(law.change), _round(law.change - half), _round(law.change + half),
-               law.unit or "1", not law.unit, _UP_TO[law.known_up_to], False, None)
+def _state_law(law: EngineLaw, kind: KindOfLaw | None) -> Law:
+    table = tabulate(law, kind)
+    return Law(_round(law.x), table.x_unit, _round(law.change), _round(table.lower or ()), _round(table.upper or ()),
+               table.unit or "1", table.relative, table.known_up_to, False,
+               None if table.formula is None else _round(table.formula))
+
+
+def law_table(finding: MachineFinding) -> LawTable:
+    """Return the law of a finding as a table, which `slipstick.law_files.write_law` writes."""
+    law = finding.law
+    if law is None or law.x is None:
+        raise InvalidValue(f"The finding “{finding.title}” has no law over points", "See its coefficients")
+    return LawTable(finding.quantity, finding.depends_on, law.x, law.x_unit, law.change, law.unit, law.relative,
+                    law.lower, law.upper, "95 % interval at each point", law.formula, finding.equation, law.up_to)
 
 
 def _state_parameter(estimate: ParameterEstimate, machine: Machine) -> MachineParameter:

@@ -98,6 +98,8 @@ def _describe(finding: MachineFinding) -> list[Part]:
     entries: Entries = []
     if finding.law is not None:
         entries.append(("Law:", f"{headline(finding, finding.law)}. {remarks(finding.law, LEVEL, is_drawn=False)}"))
+    if finding.equation is not None:
+        entries.append(("Equation:", f"{finding.equation}."))
     entries.append(("Evidence:", f"a gain of {units.number(finding.nats, 4)} nats in log marginal likelihood, about "
                     f"which the runs agree by {units.number(finding.errors)} standard errors, in "
                     f"{listed([f'“{block}”' for block in finding.blocks])}."))

@@ -12,8 +12,10 @@ from typing import Any
 
 from slipstick.errors import UnknownName
 from slipstick.pictures import CAPTIONS, Spec, pictures, propagation, theme
+from slipstick.pictures.machine_study import CAPTIONS as MACHINE_CAPTIONS
 from slipstick.pictures.rendering import render
 from slipstick.pictures.study import CAPTIONS as STUDY_CAPTIONS
+from slipstick.report.machine_study import machine_study_page, machine_study_specs
 from slipstick.report.page import page as fit_page
 from slipstick.report.propagation import propagation_page
 from slipstick.report.study.page import study_page, study_specs
@@ -37,7 +39,8 @@ def page(request: bytes) -> bytes:
         case "fit":
             text = fit_page(given["job"], given["output"], given["other"], given["description"])
         case "study":
-            text = study_page(given["job"], given["output"], given["fits"])
+            text = machine_study_page(given["job"], given["output"]) if _is_of_machine(given) else study_page(
+                given["job"], given["output"], given["fits"])
         case _:
             text = propagation_page(given["answer"], given["request"], given["conditions"])
     return text.encode()
@@ -57,8 +60,13 @@ def picture(request: bytes) -> bytes:
         raise UnknownName.of("picture", name, _specs(given))
     if form == "json":
         return json.dumps(specs[name], ensure_ascii=False, separators=(",", ":")).encode()
-    captions = {**CAPTIONS, PROPAGATION: propagation.CAPTION} if given["kind"] != "study" else STUDY_CAPTIONS
+    captions = {"fit": CAPTIONS, "study": MACHINE_CAPTIONS if _is_of_machine(given) else STUDY_CAPTIONS}.get(
+        given["kind"], {PROPAGATION: propagation.CAPTION})
     return render(specs[name], form, captions[name])
+
+
+def _is_of_machine(given: Mapping[str, Any]) -> bool:
+    return bool(given["kind"] == "study" and given["job"].get("machine"))
 
 
 def _specs(given: Mapping[str, Any]) -> dict[str, Spec]:
@@ -66,5 +74,6 @@ def _specs(given: Mapping[str, Any]) -> dict[str, Spec]:
         case "fit":
             return pictures(given["output"])
         case "study":
-            return study_specs(given["job"], given["output"], given["fits"])
+            return machine_study_specs(given["output"]) if _is_of_machine(given) else study_specs(
+                given["job"], given["output"], given["fits"])
     return {PROPAGATION: propagation.draw(given["answer"], given["request"]["quantiles"], given["conditions"])}

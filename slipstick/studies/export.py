@@ -4,6 +4,7 @@ The first two columns have the names that `slipstick.clutch.laws.MeasuredLaw` gi
 """
 
 from slipstick.law_files import LawTable, identifier
+from slipstick.studies.finding import Changed
 from slipstick.studies.formula import equation
 from slipstick.studies.result import FindingResult
 
@@ -12,12 +13,12 @@ _VARIABLES = {"gain": "reading", "direction": "piston rate"}
 _LINEARISED = ", of a linear model about the fit, which may be several times too narrow"
 
 
-def has_table(finding: FindingResult) -> bool:
+def has_table(finding: Changed) -> bool:
     """Whether the finding has a law over a number, and not a single number or none."""
     return finding.law is not None and finding.law.x is not None
 
 
-def file_stem(finding: FindingResult) -> str:
+def file_stem(finding: Changed) -> str:
     """The name of a file of the law, such as friction_coefficient_over_slip."""
     return identifier(f"{finding.quantity} over {_VARIABLES.get(finding.depends_on, finding.depends_on)}")
 

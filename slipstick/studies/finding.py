@@ -1,7 +1,7 @@
 """A finding of a study as typed values."""
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, Protocol
 
 from slipstick.confirmation.further import FurtherExperiment
 from slipstick.confirmation.schema import DOCUMENTED
@@ -70,6 +70,26 @@ class Law:
     """Whether the band is that of a linear model about the fit, and may be several times too narrow."""
     formula: list[float] | None
     """The same change by the formula of the named effect with its fitted coefficients; null without one."""
+
+
+class Changed(Protocol):
+    """What a finding of any machine says of its law."""
+
+    @property
+    def title(self) -> str:
+        """The finding in words."""
+
+    @property
+    def quantity(self) -> str:
+        """What changes."""
+
+    @property
+    def depends_on(self) -> str:
+        """What it depends on."""
+
+    @property
+    def law(self) -> Law | None:
+        """The measured law."""
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,10 @@ import textwrap
 from collections.abc import Sequence
 
 from slipstick.pictures import theme, units
-from slipstick.pictures.study.words import Changed, argument, changed, subject
+from slipstick.pictures.study.words import argument, changed, subject
 from slipstick.pictures.theme import Spec
 from slipstick.studies.figures import Figures
+from slipstick.studies.finding import Changed
 from slipstick.studies.result import Law, StudyResult
 from slipstick.studies.settings import StudySettings
 
@@ -18,7 +19,7 @@ CAPTION = ("Dots: the change as the blocks of the model measure it in all engage
 
 _HEIGHT, _SEVERAL = 300, 220  # px, of one law and of each of several
 _NUMBER = 44  # px, of a law that is a single number
-_MEASURED, _FORMULA = "measured", "formula of the catalogue"
+_MEASURED, _FORMULA = "measured", "formula of the effect"
 _BEYOND = 0.15
 """Share of the span of the law by which the drawn range may exceed it for points that are hardly known."""
 _MONOTONIC = 0.8  # share of the span between first and last point above which a law rises or falls

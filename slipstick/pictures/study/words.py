@@ -1,33 +1,12 @@
 """Names of models and findings in pictures and reports."""
 
-from typing import Protocol
-
 from slipstick.clutch import effects
 from slipstick.pictures import theme
-from slipstick.studies.result import Law, StudyResult
+from slipstick.studies.finding import Changed
+from slipstick.studies.result import StudyResult
 
 _X = {"slip": "slip of the plates", "time": "time since the shift command", "heat": "friction heat of the engagement",
       "gain": "reading", "direction": "piston rate without the law", "run order": "position in the run order"}
-
-
-class Changed(Protocol):
-    """What a finding of any machine says of its law."""
-
-    @property
-    def title(self) -> str:
-        """The finding in words."""
-
-    @property
-    def quantity(self) -> str:
-        """What changes."""
-
-    @property
-    def depends_on(self) -> str:
-        """What it depends on."""
-
-    @property
-    def law(self) -> Law | None:
-        """The measured law."""
 
 
 def within(title: str) -> str:
