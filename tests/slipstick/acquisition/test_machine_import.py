@@ -14,8 +14,9 @@ from asammdf import MDF, Signal
 from scipy.io import savemat
 
 from slipstick.acquisition import open_source, propose_for_machine, read_machine_mapping
+from slipstick.acquisition.mapping import ChannelRef, Standstills
 from slipstick.errors import BadRecording
-from slipstick.machine import Command, Condition, Machine, Sensor, read_runs, require_runs, write_runs
+from slipstick.machine import Block, Command, Condition, Machine, Sensor, read_runs, require_runs, write_runs
 from tests.slipstick.acquisition.sled import MAP, MOVE, REST, SLED, STANDSTILLS, as_csv, imported, recording
 
 WHOLE = round((REST + MOVE) / 1e-3)  # samples from one standstill to the next
@@ -220,15 +221,16 @@ def test_a_flawed_run_is_set_aside_with_the_reason(flaw: object, says: str) -> N
 
 def test_short_runs_do_not_shorten_the_others_and_a_length_is_kept() -> None:
     columns = recording()
-    columns["b"] = np.isin(np.arange(len(columns["t"])), [*range(0, 7000, 1400), 2000, 2001, 2100]).astype(float)
+    columns["b"] = np.isin(np.arange(len(columns["t"])), [*range(0, 7000, 1400), 2000, 2002, 2100]).astype(float)
     columns["b"][0] = 0
     text = MAP + '[runs]\ncut = "edges"\nchannel = "b"\nabove = 0.5\n'
     found = imported(columns, text=text)
-    assert [entry.reason for entry in found.set_aside] == ["it lasts 0.0995 s, and the runs 0.599 s"]
+    assert [entry.reason for entry in found.set_aside] == [
+        "it lasts 0.0015 s, and the runs 0.599 s", "it lasts 0.0975 s, and the runs 0.599 s"]
     short = imported(columns, text=text + 'length = "1 s"\n')
     assert len(short.runs.time) == 1000
-    assert len(short.set_aside) == 3
-    with pytest.raises(BadRecording, match=r"None of the 6 runs can be used; sled0.csv, run 0: it lasts 0\.\d+ s"):
+    assert len(short.set_aside) == 4
+    with pytest.raises(BadRecording, match=r"None of the 7 runs can be used; sled0.csv, run 0: it lasts 0\.\d+ s"):
         imported(columns, text=text + 'length = "9 s"\n')
 
 
@@ -311,6 +313,10 @@ def test_what_has_nothing_in_common_or_nothing_at_all_is_refused(tmp_path: Path)
     apart = as_mdf(columns, tmp_path, {"x": columns["t"] / 1000 + 100})
     with pytest.raises(BadRecording, match=r"The signals of a.mf4 have no time in common: the last one begins at 100 "):
         imported(open_source("a.mf4", io.BytesIO(apart)))
+    empty = {**columns, "w": np.full(len(columns["t"]), np.nan)}
+    for cut in (STANDSTILLS, STROKES, STROKES + 'of = "sign"\n'):
+        with pytest.raises(BadRecording, match=r"the channel 'w' has 0 (standstills|reversals)"):
+            imported(empty, text=MAP + re.sub('channel = "."', 'channel = "w"', cut))
     with pytest.raises(BadRecording, match="No file was given"):
         imported()
     with pytest.raises(BadRecording, match=r"has (0|1) samples"):
@@ -346,6 +352,18 @@ def test_what_a_mapping_has_wrong_has_key_and_line(old: str, new: str, says: str
     assert says in error.value.cause
     assert error.value.cause.startswith("channels.toml")
     assert error.value.remedy
+
+
+def test_the_documented_mapping_is_read() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "your_files.md").read_text()
+    text = re.findall(r"```toml\n(.*?)```", page.partition("## Recordings of another machine")[2], re.DOTALL)[0]
+    block = Block("rotor", gives="rotor speed", reads=("voltage",), output_function=lambda x, u, q, p: u.voltage)
+    rotor = Machine("rotor", (block,), (Sensor("rotor speed", "rad/s"),), (Command("voltage", "V"),),
+                    (Condition("load torque", "N m"), Condition("gain", "N/V")))
+    mapping = read_machine_mapping(text.encode(), "channels.toml", rotor)
+    assert mapping.cut == Standstills(ChannelRef("v"), 0.01, 0.2, at_end=True)
+    assert (mapping.held, mapping.length, mapping.gap) == ({"voltage": True}, 1.2, 0.04)
+    assert set(mapping.conditions) == {"load torque", "gain", "run_order", "width"}
 
 
 def test_channels_that_equations_read_must_be_mapped() -> None:
