@@ -14,6 +14,7 @@ COPY slipstick ./slipstick
 COPY service ./service
 COPY worker ./worker
 COPY tables/compact.toml tables/heavy.toml tables/sample.h5 ./tables/
+COPY tables/machines ./tables/machines
 RUN /packages/bin/pip install --no-cache-dir --no-deps .
 
 FROM python:3.11-slim

@@ -56,6 +56,7 @@ audit: setup ## known vulnerabilities of the dependencies (needs the network)
 picture: setup ## redraw the picture of the README, and execute the notebook of docs again
 	@$(BIN)/python docs/picture.py
 	@$(BIN)/jupyter-execute --inplace docs/quickstart.ipynb
+	@cd docs && ../$(BIN)/jupyter-execute --inplace your_machine.ipynb && rm -f bench.py extended.py
 
 bench: setup ## compare with other codes in one run: benchmarks/peers.csv (five minutes, on an idle machine)
 	@$(PIP) install -e '.[bench]'

@@ -28,7 +28,7 @@ SIGNATURES: dict[str, str] = {
              "tolerance=None, quantiles=(0.05, 0.5, 0.95), density_points=161, samples=4096, seed=1, "
              "outside='clip', coefficients=False, name=None)",
     "simulate": "(bench, effects=(), *, model=None, conditions=None, engagements=None, scatter=0.02, noise=1.0, "
-             "seed=0)",
+             "seed=0, runs=None)",
     "study": "(bench, recordings, *, settings=None, budget=None, progress=True, name='recordings', **changed)",
 }
 
@@ -41,11 +41,11 @@ def test_a_function_has_the_arguments_that_users_write(name: str) -> None:
 
 
 def test_the_public_names_are_listed_and_documented() -> None:
-    assert set(slipstick.__all__) == {"Bench", "Recordings", "BlackBox", "Table", *SIGNATURES}
+    assert set(slipstick.__all__) == {"Bench", "Recordings", "BlackBox", "Machine", "Runs", "Table", *SIGNATURES}
     assert set(slipstick.__all__) <= set(dir(slipstick))
     for name in slipstick.__all__:
         assert inspect.getdoc(getattr(slipstick, name)), name
-    for name in ("Bench", "Recordings", "BlackBox", "Table"):
+    for name in ("Bench", "Recordings", "BlackBox", "Machine", "Runs", "Table"):
         assert inspect.isclass(getattr(slipstick, name))
         assert callable(getattr(slipstick, name).open)
     with pytest.raises(AttributeError, match="cake"):

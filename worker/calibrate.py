@@ -7,10 +7,13 @@ from slipstick.bench import Bench
 from slipstick.errors import InvalidValue
 from slipstick.interface.calibrate import calibrate
 from slipstick.interface.progress import ProgressLine
+from slipstick.machine import Machine, Runs
+from slipstick.report.machine_study import parameter_table
 
-from .bench_option import add_bench_argument, open_recordings
+from .bench_option import add_bench_argument, add_machine_argument, open_recordings
 from .orders import add_time_budget_argument
 from .program import command_line
+from .study_text import plain_table
 
 _MEASURED = Path("tables/measured.h5")
 
@@ -23,6 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--signals", type=Path, metavar="FILE",
                         help="the CSV file of the signals, if the recordings are a CSV file")
     add_bench_argument(parser)
+    add_machine_argument(parser)
     parser.add_argument("--model", type=Path, metavar="SPEC.json",
                         help="the model to start from (default: the nominal parameters)")
     add_time_budget_argument(parser)
@@ -32,6 +36,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Calibrate, print the result, and write it unless a parameter is at a bound."""
+    if arguments.machine is not None:
+        return _calibrate_machine(arguments)
     bench = Bench.open(arguments.bench)
     path = arguments.recordings or (_MEASURED if _MEASURED.is_file() else Path("sample"))
     recordings = open_recordings(bench, path, arguments.signals)
@@ -50,4 +56,18 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"Wrote {arguments.out}\nBuild a table of the calibrated model: "
               + command_line("build", "--bench", arguments.bench, "--model", arguments.out,
                              "--out", "tables/calibrated.h5"))
+    return 0
+
+
+def _calibrate_machine(arguments: argparse.Namespace) -> int:
+    """Print the parameters of a declared machine that its runs ask for, and write them on request."""
+    if arguments.recordings is None or arguments.model is not None or arguments.signals is not None:
+        raise InvalidValue("A declared machine is calibrated to the runs of a file",
+                           "Give --recordings RUNS.h5, without --model and --signals")
+    with ProgressLine(log=True) as line:
+        result = calibrate(Machine.open(arguments.machine), Runs.open(arguments.recordings), progress=line.step)
+    print("\n".join(result.summary()))
+    print(plain_table(*parameter_table(result.parameters)))
+    if arguments.out:
+        print(f"Wrote {result.save(arguments.out)}")
     return 0

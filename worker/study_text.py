@@ -47,7 +47,7 @@ def _part(part: parts.Part) -> str:
         case parts.Items(entries):
             return _listing(entries)
         case parts.Table(head, rows, words):
-            return _table(head, rows, words)
+            return plain_table(head, rows, words)
         case parts.Picture():
             return ""
 
@@ -61,7 +61,7 @@ def _listing(entries: Iterable[tuple[str, str]]) -> str:
                      for label, statement in entries)
 
 
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]], words: Collection[int]) -> str:
+def plain_table(head: Sequence[str], rows: Iterable[Sequence[str]], words: Collection[int] = ()) -> str:
     """Aligned columns; the first one, which labels the rows, and those of words to the left."""
     cells = [head, *rows]
     widths = [max(len(row[column]) for row in cells) for column in range(len(head))]

@@ -72,7 +72,8 @@ def _links_to_hidden(count: int) -> list[Link]:
 
 def _describe_subject(job: Fit | Study) -> str:
     if isinstance(job, Study):
-        return f"Study of “{job.recordings}” on the bench {job.bench}"
+        subject = f"of the machine “{job.machine}”" if job.machine else f"on the bench {job.bench}"
+        return f"Study of “{job.recordings}” {subject}"
     model = f"of the simulator at the values of {job.table}" if job.simulate else f"of the table {job.table}"
     return f"Fit of {listed([in_words(name) for name in job.parameters])} {model} to “{job.recordings}”"
 

@@ -20,7 +20,7 @@ from slipstick.engine.measured_law import Law, measure
 from slipstick.engine.model import State
 from slipstick.engine.preparation import prepare
 from slipstick.engine.recordings import Pair, Recorded
-from slipstick.engine.selection import Finding, Identification, Log, fit_bare, identify
+from slipstick.engine.selection import Finding, Identification, Log, fit_bare, identify, settle
 from slipstick.engine.settings import EngineSettings
 from slipstick.engine.simulation import simulate
 from slipstick.machine.declaration import Machine
@@ -136,6 +136,14 @@ def study(machine: Machine, runs: Runs, values: Mapping[str, float] | None = Non
     keep(studied)
     confirmation = _confirm(machine, runs, values, named, log)
     return replace(studied, confirmation=confirmation, seconds=time.perf_counter() - began)
+
+
+@in_one_blas_thread
+def fit_parameters(machine: Machine, runs: Runs, settings: EngineSettings | None = None,
+                   log: Log = lambda _: None) -> Fit:
+    """Return the fit of the parameters of a machine to `runs` without any law."""
+    log("Fitting the parameters of the blocks")
+    return join(settle(prepare(machine, runs), settings or EngineSettings()))
 
 
 def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:

@@ -2,16 +2,24 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, overload
 
 from slipstick.bench import parameters
 from slipstick.calibration import Calibration
 from slipstick.calibration import calibrate as fit_calibration
 from slipstick.clutch.model import Model
 from slipstick.interface.frames import data_frame
+from slipstick.interface.machine_study import (
+    MachineCalibration,
+    RunsLike,
+    as_runs,
+    calibration_of_machine,
+    of_machine,
+)
 from slipstick.interface.models import BenchLike, ModelLike, RecordingsLike, bench_of, model_of, recordings_of
 from slipstick.interface.progress import ProgressLine, Show
 from slipstick.interface.result import Result
+from slipstick.machine import Machine, Runs
 from slipstick.pictures import parameters as parameters_picture
 from slipstick.pictures.theme import Spec
 from slipstick.report.calibration import calibration_text
@@ -87,18 +95,24 @@ class CalibrationResult(Result):
         return cls(Calibration.from_spec(values))
 
 
+@overload
 def calibrate(bench: BenchLike, recordings: RecordingsLike, *, model: ModelLike | None = None,
-              budget: float | str | None = None, progress: bool | Show = True) -> CalibrationResult:
+              budget: float | str | None = None, progress: bool | Show = True) -> CalibrationResult: ...
+@overload
+def calibrate(bench: Machine, recordings: RunsLike, *, progress: bool | Show = True) -> MachineCalibration: ...
+def calibrate(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike, *, model: ModelLike | None = None,
+              budget: float | str | None = None,
+              progress: bool | Show = True) -> CalibrationResult | MachineCalibration:
     """Fit the uncertain parameters of a bench, and their scatter from run to run, to recordings of it.
 
     Parameters
     ----------
-    bench : Bench, str or Path
+    bench : Bench, Machine, str or Path
         The bench, the name of a shipped one, or the path of a file. It says which parameters are uncertain, and
-        between which bounds.
-    recordings : Recordings, str or Path
+        between which bounds. Or a declared machine.
+    recordings : Recordings, Runs, str or Path
         Recordings, a name or a path, with at least one signal, and twice as many engagements as there are uncertain
-        parameters.
+        parameters. Of a machine, its recorded runs.
     model : Model, result or path, optional
         The model with which the search begins: a `Model`, a result that has one, or a JSON file of either. By default
         that with the nominal parameters.
@@ -110,6 +124,7 @@ def calibrate(bench: BenchLike, recordings: RecordingsLike, *, model: ModelLike 
     Returns
     -------
     CalibrationResult
+        Or a `MachineCalibration`, of a machine, for which `model` and `budget` have no meaning.
 
     Raises
     ------
@@ -121,6 +136,10 @@ def calibrate(bench: BenchLike, recordings: RecordingsLike, *, model: ModelLike 
     Tod et al., section II.C.
 
     """
+    if isinstance(bench, Machine):
+        return calibration_of_machine(bench, as_runs(recordings), progress)
+    if isinstance(recordings, Runs):
+        raise of_machine()
     bench = bench_of(bench)
     recordings = recordings_of(bench, recordings)
     with ProgressLine() as line:

@@ -1,8 +1,8 @@
-"""`slipstick.study` of a declared machine."""
+"""`slipstick.study` and `slipstick.calibrate` of a declared machine."""
 
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -17,10 +17,11 @@ from slipstick.interface.result import Result
 from slipstick.law_files import FORMATS, write_law
 from slipstick.machine import Machine, Runs
 from slipstick.machine_studies import MachineFigures, MachineStudyResult, study_machine
-from slipstick.machine_studies.result import MachineFinding
-from slipstick.machine_studies.study import Studied, end_early, law_table
+from slipstick.machine_studies.result import MachineFinding, MachineParameter
+from slipstick.machine_studies.study import Studied, calibrate_machine, end_early, law_table
 from slipstick.pictures.machine_study import CAPTIONS, machine_pictures
 from slipstick.pictures.theme import Spec
+from slipstick.recordings import Recordings
 from slipstick.report.machine_study import lead, machine_study_page
 from slipstick.studies.export import file_stem, has_table
 from slipstick.studies.record import from_dict
@@ -70,8 +71,7 @@ class MachineStudy(Result):
 
     def to_frame(self) -> Any:
         """A row for each parameter, with its 95 % interval and scatter."""
-        names = ("name", "unit", "value", "lower", "upper", "scatter", "determined", "beyond")
-        return data_frame({name: [getattr(entry, name) for entry in self.result.parameters] for name in names})
+        return _frame(self.result.parameters)
 
     def report(self, path: Path | str) -> Path:
         """Write the report as one HTML page, which needs no network and no scripts, and return its path."""
@@ -131,6 +131,78 @@ def study_of_machine(machine: Machine, runs: RunsLike, *, settings: EngineSettin
             result, figures = end_early(kept[-1], limit)
     return MachineStudy(name, chosen, result, figures, **stage_times({}, "study", begin), submitted=submitted,
                         ended=now())
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MachineCalibration(Result):
+    """The parameters of a declared machine that recorded runs ask for, with 95 % intervals and scatter between runs.
+
+    `chi_square` is the median reduced chi-square of each block, 1 if only noise is left.
+    """
+
+    kind: ClassVar[str] = "machine calibration"
+
+    machine: str
+    parameters: list[MachineParameter]
+    chi_square: dict[str, float]
+    set_aside: list[int]
+
+    def summary(self) -> list[str]:
+        """What each block leaves, and what is not determined or outside of its declaration."""
+        left = ", ".join(f"{name} {chi:.2f}" for name, chi in self.chi_square.items())
+        lines = [f"{len(self.parameters)} parameters of the machine “{self.machine}” fitted. Reduced chi-square: "
+                 f"{left}."]
+        for words, names in (("Not determined", [each.name for each in self.parameters if not each.determined]),
+                             ("Outside of what is declared", [each.name for each in self.parameters if each.beyond]),
+                             ("Runs set aside", [str(run) for run in self.set_aside])):
+            if names:
+                lines.append(f"{words}: {', '.join(names)}.")
+        return lines
+
+    def pictures(self) -> dict[str, tuple[Spec, str]]:
+        """None: parameters of different units have no common axis."""
+        return {}
+
+    def to_frame(self) -> Any:
+        """A row for each parameter."""
+        return _frame(self.parameters)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The calibration as JSON."""
+        return {"machine": self.machine, "parameters": [asdict(each) for each in self.parameters],
+                "chi_square": self.chi_square, "set_aside": self.set_aside}
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> "MachineCalibration":
+        """The calibration whose `to_dict` is `values`."""
+        return cls(values["machine"], [MachineParameter(**each) for each in values["parameters"]],
+                   values["chi_square"], values["set_aside"])
+
+
+def calibration_of_machine(machine: Machine, runs: RunsLike, progress: bool | Show = True) -> MachineCalibration:
+    """Fit the parameters of a declared machine; arguments and errors are those of `slipstick.calibrate`."""
+    runs = runs if isinstance(runs, Runs) else Runs.open(runs)
+    with ProgressLine() as line:
+        show = line.shown(progress)
+        fitted = calibrate_machine(machine, runs, log=lambda doing: show(doing, None))
+    return MachineCalibration(machine.name, *fitted)
+
+
+def _frame(parameters: Sequence[MachineParameter]) -> Any:
+    names = ("name", "unit", "value", "lower", "upper", "scatter", "determined", "beyond")
+    return data_frame({name: [getattr(entry, name) for entry in parameters] for name in names})
+
+
+def as_runs(given: Recordings | RunsLike) -> RunsLike:
+    """Return what is given as runs; raises `InvalidValue` for recordings of a clutch."""
+    if isinstance(given, Recordings):
+        raise InvalidValue("Recordings of a clutch are not of a declared machine", "Give slipstick.Runs.open(FILE)")
+    return given
+
+
+def of_machine() -> InvalidValue:
+    """Return the error of runs that are given with a bench."""
+    return InvalidValue("Runs of a declared machine are not of a bench", "Give slipstick.Machine.open(FILE)")
 
 
 def settings_of(values: Mapping[str, Any]) -> EngineSettings:

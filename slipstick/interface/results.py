@@ -8,13 +8,13 @@ from slipstick.errors import InvalidValue, UnknownName
 from slipstick.interface.calibrate import CalibrationResult
 from slipstick.interface.fit import Fit
 from slipstick.interface.likelihood import Likelihood
-from slipstick.interface.machine_study import MachineStudy
+from slipstick.interface.machine_study import MachineCalibration, MachineStudy
 from slipstick.interface.propagate import Propagation
 from slipstick.interface.result import Result
 from slipstick.interface.study import Study
 
 KINDS: dict[str, type[Result]] = {kind.kind: kind for kind in (
-    CalibrationResult, Fit, Likelihood, MachineStudy, Propagation, Study)}
+    CalibrationResult, Fit, Likelihood, MachineCalibration, MachineStudy, Propagation, Study)}
 """What a result is of -> its type."""
 _MARKS = {"machine": MachineStudy.kind, "findings": Study.kind, "log10_likelihood": Fit.kind}
 """Field of the result of a job -> what it is of, in files that do not say so themselves."""

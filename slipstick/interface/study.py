@@ -12,7 +12,7 @@ from slipstick.errors import InvalidValue
 from slipstick.interface.files import now, require_html, write
 from slipstick.interface.fit import Fit
 from slipstick.interface.frames import data_frame
-from slipstick.interface.machine_study import MachineStudy, RunsLike, study_of_machine
+from slipstick.interface.machine_study import MachineStudy, RunsLike, as_runs, of_machine, study_of_machine
 from slipstick.interface.models import BenchLike, RecordingsLike, as_mapping, bench_of, recordings_of
 from slipstick.interface.picture import Picture
 from slipstick.interface.progress import ProgressLine, Show
@@ -22,7 +22,6 @@ from slipstick.law_files import FORMATS, write_law
 from slipstick.machine import Machine, Runs
 from slipstick.pictures.study import CAPTIONS, law, study_pictures
 from slipstick.pictures.theme import Spec
-from slipstick.recordings import Recordings
 from slipstick.report.study.page import study_page
 from slipstick.studies import StudyResult, StudySettings, conclude, examine, unconfirmed
 from slipstick.studies.export import file_stem, has_table, law_table
@@ -305,11 +304,10 @@ def study(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike, *,
     """
     if isinstance(bench, Machine):
         own = asdict(settings) if isinstance(settings, StudySettings) else settings
-        return study_of_machine(bench, _as_runs(recordings), settings=own, budget=budget, progress=progress,
+        return study_of_machine(bench, as_runs(recordings), settings=own, budget=budget, progress=progress,
                                 name=name, **changed)
     if isinstance(recordings, Runs):
-        raise InvalidValue("Runs of a declared machine are studied with this machine",
-                           "Give slipstick.Machine.open(FILE)")
+        raise of_machine()
     bench = bench_of(bench)
     recordings = recordings_of(bench, recordings)
     chosen = StudySettings.from_dict({**as_mapping(settings), **changed})
@@ -333,12 +331,6 @@ def study(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike, *,
             result, figures = unconfirmed(chosen, bench, recordings, named or None, limit)
     return Study(name, recordings.digest, chosen, result, figures, **stage_times(times, stage, begin),
                  submitted=submitted, ended=now())
-
-
-def _as_runs(given: RecordingsLike | RunsLike) -> RunsLike:
-    if isinstance(given, Recordings):
-        raise InvalidValue("Recordings of a clutch are not of a declared machine", "Give slipstick.Runs.open(FILE)")
-    return given
 
 
 class _TimeEnded(Exception):

@@ -11,7 +11,14 @@ from slipstick.engine.kinds import KindOfLaw
 from slipstick.engine.measured_law import Law as EngineLaw
 from slipstick.engine.selection import Finding
 from slipstick.engine.settings import EngineSettings
-from slipstick.engine.study import Confirmation, MachineStudy, ParameterEstimate, study
+from slipstick.engine.study import (
+    Confirmation,
+    MachineStudy,
+    ParameterEstimate,
+    estimate_parameters,
+    fit_parameters,
+    study,
+)
 from slipstick.errors import InvalidValue
 from slipstick.law_files import LawTable
 from slipstick.law_files.machine_law import has_points, tabulate, write_equation
@@ -50,6 +57,18 @@ def study_machine(machine: Machine, runs: Runs, settings: EngineSettings | None 
     require_runs(machine, runs)
     complete = study(machine, runs, settings=settings, log=log, keep=lambda named: keep(_conclude(named, runs)))
     return _conclude(complete, runs)
+
+
+def calibrate_machine(machine: Machine, runs: Runs, settings: EngineSettings | None = None,
+                      log: Log = lambda _: None) -> tuple[list[MachineParameter], dict[str, float], list[int]]:
+    """Fit the parameters of a machine to runs of it; raises `BadRecording` for runs that are not of the machine.
+
+    Returns the parameters, the median reduced chi-square of each block, and the runs that are set aside.
+    """
+    fit = fit_parameters(machine, require_runs(machine, runs), settings, log)
+    aside = sorted(set(range(len(runs))) - set(fit.recorded.rows.tolist()))
+    return ([_state_parameter(each, machine) for each in estimate_parameters(fit)],
+            {name: float(np.median(chi)) for name, chi in fit.chi_square.items()}, aside)
 
 
 def end_early(studied: Studied, budget: float) -> Studied:

@@ -71,7 +71,7 @@ def _draw_panel(result: MachineStudyResult, shown: ShownRun, signal: str, differ
                "scale": {"nice": False}, "axis": {"grid": False, "labels": is_last, "ticks": is_last, "tickCount": 5}}
     y: Spec = {"field": "y", "type": "quantitative", "scale": {"zero": False},
                "title": None if not is_first else f"Δ {title}" if difference else title,
-               "axis": {"tickCount": 4, "format": "~g"}}
+               "axis": {"tickCount": 4}}
     colour = {**theme.series_colour(colours), "field": "series", "legend": {"symbolType": "stroke"}}
     layers: list[Spec] = [{"mark": {"type": "line", "strokeWidth": 1.4},
                            "encoding": {"x": x, "y": y, "color": colour}}]

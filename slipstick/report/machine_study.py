@@ -1,10 +1,10 @@
 """The report of a study of a declared machine: answer, findings, parameters, blocks, gap, signals and limitations."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from slipstick.machine_studies import MachineFigures, MachineStudyResult
-from slipstick.machine_studies.result import MachineFinding
+from slipstick.machine_studies.result import MachineFinding, MachineParameter
 from slipstick.pictures import units
 from slipstick.pictures.machine_study import CAPTIONS, LEVEL, machine_pictures
 from slipstick.pictures.study.law import headline, remarks
@@ -132,13 +132,18 @@ def _describe_gap(result: MachineStudyResult) -> Section:
 
 
 def _list_parameters(result: MachineStudyResult) -> Section:
+    head, rows = parameter_table(result.parameters)
+    return Section("Parameters", [Table(head, rows, words=(4,))] if rows else [])
+
+
+def parameter_table(parameters: Iterable[MachineParameter]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return head and rows of a table of parameters."""
     rows: list[tuple[str, ...]] = [
         (each.name, units.with_unit(units.fixed(each.value, 4), units.raised(each.unit)),
          between(each.lower, each.upper), units.number(each.scatter, 2),
          "outside of what is declared" if each.beyond else "" if each.determined else "not determined")
-        for each in result.parameters]
-    head = ("parameter", "mean", "95 % interval", "scatter between runs", "remark")
-    return Section("Parameters", [Table(head, rows, words=(4,))] if rows else [])
+        for each in parameters]
+    return ("parameter", "mean", "95 % interval", "scatter between runs", "remark"), rows
 
 
 def _list_blocks(result: MachineStudyResult) -> Section:

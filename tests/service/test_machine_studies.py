@@ -1,0 +1,103 @@
+"""Runs of declared machines over REST: uploads, pages, orders of studies, and their results."""
+
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from service.settings import Settings
+from slipstick.engine.simulation import simulate_runs
+from slipstick.machine import Runs, list_experiments, open_machine, write_runs
+from slipstick.machine_studies import MachineFigures, MachineStudyResult
+from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineParameter
+from slipstick.studies.finding import Coefficient, Law
+from tests.service.conftest import Serving, ServingJobs
+
+MOTOR = open_machine("dc_motor")
+H5 = {"Content-Type": "application/x-hdf5"}
+LAW = Law([-1.0, 0.0, 1.0], "rad/s", [-0.1, 0.0, 0.1], [-0.2, -0.1, 0.0], [0.0, 0.1, 0.2], "N m", False, "nothing",
+          False, None)
+FINDING = MachineFinding("Friction torque that depends on the speed (proportional)", "friction torque", "speed",
+                         "proportional", "change of the friction torque = (0.1 N m/(rad/s)) * speed",
+                         [Coefficient("slope", "N m/(rad/s)", 0.1, 0.05, 0.15, False)], ["shaft"], 200.0, 9.0, [], LAW,
+                         None)
+RESULT = MachineStudyResult(
+    "dc motor", "effect", "Missing: friction torque that depends on the speed (proportional)", [FINDING],
+    [MachineBlock("shaft", "current, load torque → speed", 1.0, 2.0, False)],
+    [MachineParameter("dry torque", "N m", 0.015, 0.014, 0.016, 0.001, True, False)], None, [3], 9, {"speed": 0.3},
+    {"speed": "rad/s"}, "digest of runs", "digest of settings")
+ORDER = {"recordings": "runs", "recordings_digest": "digest of runs", "machine": "dc motor", "bench": None,
+         "bench_digest": None, "sensing_digest": None, "settings": {}, "time_budget": 60.0}
+OUTPUT = {"result": asdict(RESULT), "figure_data": asdict(MachineFigures()), "seconds": {"study": 1.0},
+          "processor_seconds": {"study": 1.0}}
+
+
+@pytest.fixture(scope="module")
+def runs() -> Runs:
+    return simulate_runs(MOTOR, list_experiments(MOTOR), seed=1)
+
+
+def upload(client: httpx.Client, name: str, runs: Runs) -> httpx.Response:
+    return client.post("/v1/recordings", params={"name": name}, content=write_runs(runs, MOTOR), headers=H5)
+
+
+def test_runs_are_uploaded_described_listed_and_studied(serving: Serving, tmp_path: Path, runs: Runs) -> None:
+    with serving(Settings(tables=tmp_path, jobs=f"sqlite:///{tmp_path}/jobs.sqlite")) as address, \
+            httpx.Client(base_url=address, timeout=60) as client:
+        described = upload(client, "runs", runs)
+        assert described.status_code == 201
+        assert {name: described.json()[name] for name in ("machine", "runs", "signals", "commands")} == {
+            "machine": "dc motor", "runs": 9, "signals": ["current", "speed"], "commands": ["voltage"]}
+        assert described.json()["units"]["speed"] == "rad/s"
+        assert upload(client, "runs", runs).status_code == 200
+        assert upload(client, "runs", replace(runs, order=None)).status_code == 409
+        entry, = client.get("/v1/recordings").json()["recordings"]
+        assert (entry["engagements"], entry["problem"]) == (9, None)
+        page = client.get("/recordings/runs").text
+        for text in ("dc motor", "load torque [N m]", "501 samples", "9 runs of the machine"):
+            assert text in page
+        study = client.post("/v1/studies", json={"recordings": "runs", "engine": {"nats": 20.0}}).json()
+        assert (study["machine"], study["bench"], study["settings"]["nats"]) == ("dc motor", None, 20.0)
+        assert "of the machine “dc motor”" in client.get("/").text
+        wrong = client.post("/v1/studies", json={"recordings": "runs", "engine": {"level": 0.9}})
+        assert wrong.status_code == 422
+
+
+@pytest.mark.parametrize("damage", [b"", b"\x89HDF\r\n\x1a\n", None])
+def test_a_damaged_file_is_refused(serving: Serving, tmp_path: Path, runs: Runs, damage: bytes | None) -> None:
+    content = write_runs(runs, MOTOR)
+    with serving(Settings(tables=tmp_path)) as address, httpx.Client(base_url=address, timeout=60) as client:
+        sent = content[:len(content) // 2] if damage is None else damage
+        answer = client.post("/v1/recordings", params={"name": "bad"}, content=sent, headers=H5)
+        assert answer.status_code == 422
+        assert not list(tmp_path.glob("*.h5"))
+
+
+def test_runs_are_no_recordings_of_a_fit(serving: Serving, tmp_path: Path, runs: Runs) -> None:
+    (tmp_path / "runs.h5").write_bytes(write_runs(runs, MOTOR))
+    with serving(Settings(tables=tmp_path)) as address, httpx.Client(base_url=address, timeout=60) as client:
+        answer = client.delete("/v1/recordings/runs")
+        assert answer.status_code == 204
+
+
+def test_a_result_has_its_laws_pictures_and_report(serving_jobs: ServingJobs, tmp_path: Path) -> None:
+    with serving_jobs(tmp_path, {"motor": (ORDER, OUTPUT)}) as client:
+        def get(path: str) -> Any:
+            answer = client.get(f"/v1/studies/motor/{path}")
+            assert answer.status_code == 200, answer.text
+            return answer
+
+        assert get("result").json()["result"] == asdict(RESULT)
+        law, = get("laws").json()["laws"]
+        assert (law["effect"], law["equation"]) == ("proportional", FINDING.equation)
+        assert "friction_torque_over_speed_change" in get("laws/0?format=h").text
+        assert [entry["name"] for entry in get("pictures").json()["pictures"]] == ["law"]
+        assert get("pictures/law?format=svg").text.startswith("<svg")
+        report = get("report").text
+        for text in ("Set aside: run 3,", "dry torque", "0.1 N m/(rad/s)"):
+            assert text in report
+        refused = client.get("/v1/studies/motor/model")
+        assert refused.status_code == 422
+        assert "declared machine" in refused.json()["detail"]

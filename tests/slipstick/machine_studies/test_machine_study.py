@@ -1,0 +1,200 @@
+"""The study of a declared machine from its file to the report, against an effect that is known, and without one."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import slipstick
+from slipstick.engine.simulation import simulate_runs
+from slipstick.errors import BadRecording, InvalidValue, UnknownName
+from slipstick.interface.machine_study import MachineStudy
+from slipstick.machine import Machine, Runs, list_experiments
+from slipstick.machine_studies import study_machine
+from slipstick.report import made
+from slipstick.storage.library import Library
+from slipstick.storage.shipped import FOLDER
+from slipstick.time_budget import TimeBudgetEnded
+from worker import study_steps
+from worker.__main__ import main
+
+SOURCE = (FOLDER / "machines" / "heated_plate.py").read_text()
+SLOPE = 0.002  # 1/K, of the cooling over the temperature beyond that of the room
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the machine (with longer steps), its bench with an effect, and 24 runs of each."""
+    folder = tmp_path_factory.mktemp("machines")
+    model = SOURCE.replace("step=0.5", "step=2.0")
+    assert model != SOURCE
+    (folder / "mine.py").write_text(model)
+    (folder / "bench.py").write_text(model.replace("(1 + q.cooling)", f"(1 + q.cooling) * (1 + {SLOPE} * difference)"))
+    for name in ("mine", "bench"):
+        slipstick.simulate(Machine.open(folder / f"{name}.py"), runs=24, seed=4).save(folder / f"of_{name}.h5")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def studied(folder: Path) -> MachineStudy:
+    return slipstick.study(Machine.open(folder / "mine.py"), Runs.open(folder / "of_bench.h5"), progress=False)
+
+
+def test_the_effect_is_named_measured_and_closes_the_gap_and_the_control_does_not(studied: MachineStudy) -> None:
+    finding, = studied.findings
+    assert (finding.quantity, finding.depends_on, finding.blocks) == ("cooling", "temperature", ["plate"])
+    assert finding.confirmed
+    assert finding.law is not None
+    assert finding.law.x is not None
+    x, change = np.array(finding.law.x), np.array(finding.law.change)
+    slope = np.polyfit(x, change, 1)[0]
+    mean = 1 + SLOPE * (np.interp(0, change, x) - 21)  # of the cooling, where the law is 0; rooms are at 18 and 24 degC
+    assert slope == pytest.approx(SLOPE / mean, rel=0.05)
+    gap = studied.result.gap
+    assert gap is not None
+    assert gap.closed == pytest.approx(1, abs=0.05)
+    assert gap.control_closed < 0.5
+    before = {block.name: block.before for block in studied.result.blocks}
+    assert before["plate"] > 1.5 > 1.1 > before["fan"]
+    assert all(block.chi_square < 1.1 for block in studied.result.blocks)
+
+
+def test_a_machine_without_the_effect_lacks_nothing(folder: Path) -> None:
+    study = slipstick.study(Machine.open(folder / "mine.py"), folder / "of_mine.h5", progress=False)
+    assert study.answer == "Nothing is missing that these recordings could show"
+    assert (study.result.kind, study.result.gap, study.findings) == ("none", None, [])
+    assert list(study.pictures()) == ["signals"]
+
+
+def test_a_calibration_tells_parameters_and_what_is_left(folder: Path) -> None:
+    machine = Machine.open(folder / "mine.py")
+    fitted = slipstick.calibrate(machine, folder / "of_mine.h5", progress=False)
+    known = {each.name: each for each in fitted.parameters}
+    assert known["fan lag"].lower < 2.0 < known["fan lag"].upper
+    assert all(chi < 1.1 for chi in fitted.chi_square.values())
+    assert slipstick.calibrate(machine, folder / "of_bench.h5", progress=False).chi_square["plate"] > 1.5
+
+
+def test_a_study_is_saved_and_opened_with_its_pictures(studied: MachineStudy, tmp_path: Path) -> None:
+    again = slipstick.open_result(studied.save(tmp_path / "study.json"))
+    assert isinstance(again, MachineStudy)
+    assert again.to_dict() == studied.to_dict()
+    assert list(again.pictures()) == ["law", "signals"]
+    page = studied.report(tmp_path / "study.html").read_text()
+    for text in ("cooling that depends on the temperature", "W/K", "degC", "with the control", "heated plate"):
+        assert text in page
+    files = [path.name for path in studied.save_laws(tmp_path / "laws")]
+    assert files == [f"1_cooling_over_temperature{suffix}" for suffix in (".csv", ".mat", ".mo", ".h")]
+    assert "temperature [degC]" in (tmp_path / "laws" / files[0]).read_text()
+
+
+def test_commands_do_the_same(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    runs, machine = str(folder / "of_bench.h5"), str(folder / "mine.py")
+    assert main(["study", runs, "--machine", machine, "--out", str(tmp_path / "s.json")]) == 0
+    assert "Missing: cooling that depends on the temperature" in capsys.readouterr().out
+    assert json.loads((tmp_path / "s.json").read_text())["result"]["machine"] == "heated plate"
+    assert main(["calibrate", "--recordings", runs, "--machine", machine]) == 0
+    assert "fan lag" in capsys.readouterr().out
+    assert main(["study", runs, "--machine", machine, "--extended", "x.json"]) == 1
+    assert "is about a bench" in capsys.readouterr().err
+
+
+def test_the_worker_studies_runs_of_the_library_and_its_output_makes_the_report(folder: Path) -> None:
+    order: dict[str, Any] = {"recordings": "of_bench", "machine": "heated plate", "settings": {}, "time_budget": 60.0,
+                             "recordings_digest": Runs.open(folder / "of_bench.h5").digest}
+    kept, said = list[dict[str, Any]](), list[dict[str, Any]]()
+    report: Any = type("Report", (), {"__call__": lambda self, content: said.append(content),
+                                      "keep": lambda self, content: kept.append(content)})()
+    output = study_steps.study_declared(Library(folder), report, str(folder / "mine.py"), order)
+    assert output["result"]["sentence"].startswith("Missing: cooling")
+    assert {entry["stage"] for entry in said} == {"name", "confirm"}
+    partial = study_steps.end_declared(order, kept[-1], 60.0)
+    assert partial["result"]["partial"]["missing"] == ["the simulation of the whole machine, and with it the gap"]
+    assert partial["result"]["gap"] is None
+    with pytest.raises(TimeBudgetEnded):
+        study_steps.end_declared(order, None, 60.0)
+    job = {"id": "a", "recordings": "of_bench", "recordings_digest": "d", "machine": "heated plate", "settings": {},
+           "submitted": "", "ended": ""}
+    for each in (output, {**partial, "seconds": {"study": 1.0}}):
+        page = made.page(json.dumps({"kind": "study", "job": job, "output": each, "fits": None}).encode()).decode()
+        assert ("Partial result" in page) == (each is not output)
+
+
+def test_a_study_whose_budget_ends_at_once_has_nothing_to_show(folder: Path) -> None:
+    with pytest.raises(TimeBudgetEnded):
+        slipstick.study(Machine.open(folder / "mine.py"), folder / "of_bench.h5", budget=0, progress=False)
+
+
+@pytest.mark.parametrize(("given", "error", "cause"), [
+    ({"nats": "many"}, InvalidValue, "nats"), ({"level": 0.9}, UnknownName, "no setting 'level'"),
+    ({"errors": -1}, InvalidValue, "errors is -1")])
+def test_settings_that_are_none_of_the_engine_are_refused(folder: Path, given: dict[str, Any], error: type[Exception],
+                                                           cause: str) -> None:
+    with pytest.raises(error, match=cause):
+        slipstick.study(Machine.open(folder / "mine.py"), folder / "of_bench.h5", settings=given, progress=False)
+
+
+def test_runs_of_another_machine_are_refused(folder: Path) -> None:
+    motor = Machine.open("dc_motor")
+    runs = simulate_runs(motor, list_experiments(motor))
+    with pytest.raises(BadRecording, match="lack the signal 'air speed'"):
+        study_machine(Machine.open(folder / "mine.py"), runs)
+    with pytest.raises(InvalidValue, match="not of a bench"):
+        slipstick.study("heavy", runs)
+
+
+def test_runs_that_are_far_off_are_set_aside_and_said(folder: Path) -> None:
+    runs = Runs.open(folder / "of_mine.h5")
+    signals = {name: values.copy() for name, values in runs.signals.items()}
+    signals["temperature"][7, 40:] += 9.0
+    result, _ = study_machine(Machine.open(folder / "mine.py"), replace(runs, signals=signals))
+    assert result.set_aside == [7]
+    assert result.findings == []
+
+
+Change = Callable[[str], str]
+
+
+@pytest.mark.parametrize(("change", "key", "what"), [
+    (lambda text: text.replace("- q.lost_heat", ""), "lost heat", "no signal changes with it"),
+    (lambda text: text.replace("noise=0.05", "noise=80.0"), "temperature", "its noise is"),
+    (lambda text: text.replace("noise=0.05", "noise=0.0"), "temperature", "has no noise"),
+    (lambda text: text.replace("above=60.0", "above=100.0"), "warm_up_time", "have no such output"),
+    (lambda text: text.replace("quantities=(air,)", "quantities=()").replace("* (1 + q.air)", ""), "fan",
+     "has no quantity"),
+    (lambda text: text.replace("value=2.0)", "value=0.3)").replace("step=0.5", "step=2.0"), "air speed",
+     "half the step"),
+])
+def test_a_check_tells_what_is_implausible(tmp_path: Path, capsys: pytest.CaptureFixture[str], change: Change, key: str,
+                                           what: str) -> None:
+    (tmp_path / "mine.py").write_text(change(SOURCE))
+    assert main(["machine", "check", str(tmp_path / "mine.py")]) == 0
+    said = capsys.readouterr().out
+    assert f"{key}: " in said
+    assert what in said
+
+
+def test_the_template_and_shipped_machines_have_nothing_implausible(tmp_path: Path,
+                                                                    capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["machine", "new", str(tmp_path / "new.py")]) == 0
+    for name in (str(tmp_path / "new.py"), "two_tanks", "dc_motor"):
+        assert main(["machine", "check", name]) == 0
+        assert "Nothing implausible was found." in capsys.readouterr().out
+    assert main(["machine", "new", str(tmp_path / "new.py")]) == 1
+    assert "already exists" in capsys.readouterr().err
+
+
+def test_equations_that_end_in_no_number_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "mine.py").write_text(SOURCE.replace("return (heating", "return np.log(-1 - heating) + (heating"))
+    assert main(["machine", "check", str(tmp_path / "mine.py")]) == 1
+    assert "error: " in capsys.readouterr().err
+
+
+def test_a_picture_of_the_experiments_is_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["machine", "check", "two_tanks", "--picture"]) == 0
+    assert "level 1 [m]" in (tmp_path / "two_tanks.svg").read_text()
