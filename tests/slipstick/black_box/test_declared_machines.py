@@ -93,11 +93,11 @@ def test_what_a_file_lacks_is_said(lag: Path, before: str, after: str, error: ty
 
 
 def test_names_that_do_not_exist_are_refused(lag: Path) -> None:
-    with pytest.raises(UnknownName, match="no output 'rise'. Did you mean 'rise_time'"):
+    with pytest.raises(UnknownName, match=r"no output 'rise'. Did you mean 'rise_time'"):
         BlackBox.open(lag, "rise")
     with pytest.raises(UnknownName, match="Did you mean 'dc_motor'"):
         BlackBox.open("dc_moter")
-    with pytest.raises(UnknownName, match="Did you mean 'lag.py'"):
+    with pytest.raises(UnknownName, match=r"Did you mean 'lag.py'"):
         BlackBox.open(lag.with_name("lug.py"))
 
 
@@ -131,7 +131,7 @@ def test_outputs_are_those_of_the_equations(lag: Path) -> None:
 
 def test_equations_that_fail_are_named(lag: Path) -> None:
     lag.write_text(LAG.replace("x.level)", "x.hight)"))
-    with pytest.raises(InvalidValue, match="fails at the nominal values.*AttributeError.*hight"):
+    with pytest.raises(InvalidValue, match=r"fails at the nominal values.*AttributeError.*hight"):
         build(BlackBox.open(lag), {"gain": (0.8, 1.2, 3)}, progress=False)
 
 
@@ -191,7 +191,7 @@ def test_runs_of_something_else_are_refused(lag: Path) -> None:
     with pytest.raises(BadRecording, match="None of the 2 runs has the output rise_time"):
         measure_runs(runs.take(np.array([2, 3])), file)
     short = replace(runs, time=runs.time[:50], signals={"level": runs.signals["level"][:, :50]})
-    with pytest.raises(BadRecording, match="take 0.49 s, and experiments of the machine 'lag' 2 s"):
+    with pytest.raises(BadRecording, match=r"take 0.49 s, and experiments of the machine 'lag' 2 s"):
         measure_runs(short, BlackBox.open(lag, "mean"))
     with pytest.raises(InvalidValue, match="is no declared machine"):
         measure_runs(runs, BlackBox.open(FOLDER.parent / "docs" / "motor.toml"))
