@@ -42,6 +42,30 @@ class NAME(Fmi2Slave):
         return True
 '''
 
+SLAVE_3 = '''
+import math
+
+from pythonfmu3 import Float64, Fmi3Causality, Fmi3Slave, Fmi3Variability
+
+
+class NAME(Fmi3Slave):
+    def __init__(self, **named):
+        super().__init__(**named)
+        self.time, self.level, self.gain, self.drive, self.tau = 0.0, 0.0, 2.0, 1.0, 0.5
+        self.register_variable(Float64("time", causality=Fmi3Causality.independent,
+                                       variability=Fmi3Variability.continuous))
+        for name in ("gain", "tau"):
+            self.register_variable(Float64(name, causality=Fmi3Causality.parameter,
+                                           variability=Fmi3Variability.tunable))
+        self.register_variable(Float64("drive", causality=Fmi3Causality.input))
+        self.register_variable(Float64("level", causality=Fmi3Causality.output))
+
+    def do_step(self, instant, step):
+        target = self.gain * self.drive
+        self.level = target + (self.level - target) * math.exp(-step / self.tau)
+        return True
+'''
+
 EXCHANGE = r'''
 #include <stddef.h>
 #include <stdlib.h>
@@ -140,6 +164,15 @@ def build_co_simulation(folder: Path, name: str) -> Path:
 
     script = folder / f"{name}.py"
     script.write_text(SLAVE.replace("NAME", name))
+    return Path(FmuBuilder.build_FMU(script, dest=folder))
+
+
+def build_fmi_3(folder: Path, name: str) -> Path:
+    """An FMU of FMI 3 for co-simulation."""
+    from pythonfmu3 import FmuBuilder
+
+    script = folder / f"{name}.py"
+    script.write_text(SLAVE_3.replace("NAME", name))
     return Path(FmuBuilder.build_FMU(script, dest=folder))
 
 

@@ -55,7 +55,10 @@ def convert(values: np.ndarray, written: str, unit: str) -> np.ndarray:
                            other)
     registry = _registry()
     try:
-        factor = registry.Quantity(1.0, registry.parse_units(written)).to(registry.parse_units(unit)).magnitude
+        both = registry.Quantity(np.array([0.0, 1.0]), registry.parse_units(written))
+        zero, factor = both.to(registry.parse_units(unit)).magnitude
+        if zero != 0:
+            raise ValueError("their zeros differ")
     except Exception as error:  # pint raises tokenizer, attribute and arithmetic errors on malformed text
         reason = str(error).splitlines()[0] if str(error) else "it is not a unit"
         raise NotAQuantity(f"the unit '{written[:40]}' cannot be converted to {unit} ({reason})", other) from None

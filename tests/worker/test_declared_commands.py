@@ -10,6 +10,7 @@ import pytest
 from slipstick.black_box import BlackBox
 from slipstick.engine.simulation import simulate_runs
 from slipstick.machine import list_experiments, open_machine, write_runs
+from slipstick.storage.library import Library
 from slipstick.storage.shipped import FOLDER
 from slipstick.table import Table
 from worker.__main__ import main
@@ -22,7 +23,7 @@ AXIS = "--axis", "resistance_value=0.8:1.2:5"
 def folder(tmp_path: Path) -> Path:
     """A folder with a quick copy of the machine: its experiments end after a tenth of a second."""
     text = (FOLDER / "machines" / "dc_motor.py").read_text()
-    (tmp_path / "motor.py").write_text(text.replace("duration=1.0, step=2e-3", "duration=0.1, step=1e-3"))
+    (tmp_path / "motor.py").write_text(text.replace("duration=1.0, step=2e-3", "duration=0.1, step=2e-3"))
     return tmp_path
 
 
@@ -36,6 +37,8 @@ def test_a_table_is_built_verified_and_fitted(folder: Path, capsys: pytest.Captu
     error = re.search(r"error: (\S+) s RMS", capsys.readouterr().out)
     assert error is not None
     assert float(error[1]) < 1e-5
+    (folder / "service").mkdir()
+    assert Library(folder / "service").add_table("motor", table.read_bytes())
     declared = open_machine(machine)
     experiments = list_experiments(declared)
     recorded = simulate_runs(declared, experiments.take(np.arange(18) % 9), {"resistance value": 1.08})
