@@ -5,7 +5,7 @@ WORKDIR /build
 COPY pyproject.toml ./
 # The dependencies are a layer of their own, which a change of the source leaves as it is.
 RUN python -c "import tomllib; project = tomllib.load(open('pyproject.toml', 'rb'))['project']; \
-    extras = [project['optional-dependencies'][name] for name in ('dask', 'mdf', 'parquet', 'reports', 'service')]; \
+    extras = [project['optional-dependencies'][name] for name in ('dask', 'fmu', 'mdf', 'parquet', 'reports', 'service')]; \
     print(*project['dependencies'], *sum(extras, []), sep='\n')" > requirements.txt \
     && python -m venv /packages \
     && /packages/bin/pip install --no-cache-dir -r requirements.txt

@@ -3,7 +3,8 @@
 _EXTRAS = {
     "service": ("dbos", "fastapi", "orjson", "prometheus_client", "psycopg", "pydantic", "pydantic_settings",
                 "sqlalchemy", "starlette", "uvicorn"),
-    "reports": ("vl_convert",), "mdf": ("asammdf",), "parquet": ("pyarrow",), "dask": ("distributed", "dask")}
+    "reports": ("vl_convert",), "mdf": ("asammdf",), "parquet": ("pyarrow",), "dask": ("distributed", "dask"),
+    "fmu": ("fmpy",)}
 """Extra -> the libraries that it installs, by the names under which they are imported."""
 
 

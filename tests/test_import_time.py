@@ -25,7 +25,7 @@ def modules_of(requirements: list[str]) -> set[str]:
 
 
 CORE = modules_of(PROJECT["dependencies"])
-OPTIONAL = modules_of([requirement for extra in ("dask", "mdf", "parquet", "reports", "service")
+OPTIONAL = modules_of([requirement for extra in ("dask", "fmu", "mdf", "parquet", "reports", "service")
                        for requirement in EXTRAS[extra]])
 
 

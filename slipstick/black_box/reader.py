@@ -11,12 +11,13 @@ from slipstick.black_box.bridge import Bridge
 from slipstick.black_box.cases import Cases
 from slipstick.black_box.declared import Declared, name_of, open_declared
 from slipstick.black_box.description import BlackBoxDescription, Input, Quantity
+from slipstick.black_box.fmu import KEYS, Fmu, read_fmu
 from slipstick.black_box.function import Function
 from slipstick.errors import BadBench, InvalidValue, UnknownName
 from slipstick.numerics.quantities import NotAQuantity, in_unit
 from slipstick.storage.shipped import FOLDER, file_of
 
-Simulator = Function | Bridge | Declared
+Simulator = Function | Bridge | Fmu | Declared
 _GRID, _TIMEOUT = 11, 60.0  # points per axis; s per call
 
 
@@ -90,9 +91,16 @@ def _read(root: Section, folder: Path) -> BlackBox:
         points.append(count)
     cases = _cases(root.section("conditions"))
     output = root.section("output")
-    output.keys(("name", "unit"))
-    simulator = _simulator(root.section("simulator"), folder, [entry.name for entry in inputs],
-                           [quantity.name for quantity in cases.quantities])
+    section = root.section("simulator")
+    timeout = _read_timeout(section)
+    simulator: Simulator
+    if "fmu" in section.values:
+        section.keys(KEYS)
+        simulator = read_fmu(section, output, inputs, cases.quantities, folder, timeout)
+    else:
+        output.keys(("name", "unit"))
+        simulator = _simulator(section, folder, [entry.name for entry in inputs],
+                               [quantity.name for quantity in cases.quantities], timeout)
     description = BlackBoxDescription(root.text("title"), tuple(inputs), cases.quantities,
                       Quantity(output.text("name"), output.text("unit")), simulator.identity)
     return BlackBox(description, cases, simulator, tuple(points))
@@ -129,8 +137,8 @@ def _cases(section: Section) -> Cases:
     return Cases(tuple(quantities), np.array(columns).T)
 
 
-def _simulator(section: Section, folder: Path, inputs: list[str], columns: list[str]) -> Simulator:
-    section.keys(("callable", "url", "model", "arguments", "config", "timeout"))
+def _read_timeout(section: Section) -> float:
+    """The time of a call in s."""
     try:
         timeout = in_unit(section.values.get("timeout", f"{_TIMEOUT:g} s"), "s")
     except NotAQuantity as error:
@@ -138,9 +146,14 @@ def _simulator(section: Section, folder: Path, inputs: list[str], columns: list[
                             error.remedy or 'Write the time of one call, such as "60 s"') from None
     if timeout <= 0:
         raise section.error("timeout", "the time is not positive", 'Write the time of one call, such as "60 s"')
+    return timeout
+
+
+def _simulator(section: Section, folder: Path, inputs: list[str], columns: list[str], timeout: float) -> Simulator:
+    section.keys(("callable", "url", "model", "arguments", "config", "fmu", "timeout"))
     if ("callable" in section.values) == ("url" in section.values):
-        raise section.error("callable", "a simulator is either a callable or an UM-Bridge model",
-                            'Give callable = "module:function", or url and model')
+        raise section.error("callable", "a simulator is either a callable or an UM-Bridge model, or else an FMU",
+                            'Give callable = "module:function", fmu = "FILE.fmu", or url and model')
     if "callable" in section.values:
         section.keys(("callable", "timeout"))
         return Function(section.text("callable"), str(folder.resolve()), timeout)

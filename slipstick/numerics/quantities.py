@@ -70,6 +70,14 @@ def convert(values: np.ndarray, written: str, unit: str) -> np.ndarray:
     return converted
 
 
+def factor_of(written: str, unit: str) -> float:
+    """What numbers in the unit `written` are multiplied by to be in `unit`; raises `NotAQuantity`."""
+    zero, factor = convert(np.array([0.0, 1.0]), written, unit).tolist()
+    if zero:
+        raise NotAQuantity(f"the zeros of {written} and {unit} differ", f"Convert the numbers to {unit}")
+    return float(factor)
+
+
 def is_unit(written: str) -> bool:
     """Whether the text is a unit, of whatever dimension."""
     if not written or _ARITHMETIC.search(_POWER.sub("~", written)):

@@ -67,16 +67,20 @@ class Kept:
     def call(self, function: str, content: bytes, error: type[SlipstickError]) -> bytes:
         """As `call` without limits."""
         with self._lock:
-            if self._connection is not None:
-                with suppress(_Ended):  # which is seen only now
-                    return _answer(self._connection, function, content, error)
-                self._connection.close()
-            self._connection = _FORKING.connect()
+            if self._connection is None or _has_ended(self._connection):
+                self._connection = _FORKING.connect()
             return _answer(self._connection, function, content, error)
 
 
-class _Ended(ChildFailed):
-    """The child process has ended without an answer."""
+def _has_ended(connection: socket.socket) -> bool:
+    """Whether a child that waits has closed its end; it says nothing of its own accord."""
+    try:
+        connection.recv(1, socket.MSG_DONTWAIT | socket.MSG_PEEK)
+    except BlockingIOError:
+        return False
+    except OSError:
+        pass
+    return True
 
 
 def _answer(connection: socket.socket, function: str, content: bytes, error: type[SlipstickError],
@@ -93,7 +97,7 @@ def _answer(connection: socket.socket, function: str, content: bytes, error: typ
                 raise ChildFailed(failed)
             if len(result := file.read(size)) == size:
                 return result
-    raise _Ended(f"The process of {function} ended without an answer")
+    raise ChildFailed(f"The process of {function} ended without an answer")
 
 
 class _Forking:

@@ -13,7 +13,7 @@ from difflib import get_close_matches
 import numpy as np
 
 from slipstick.errors import SlipstickError
-from slipstick.numerics.quantities import NotAQuantity, convert
+from slipstick.numerics.quantities import NotAQuantity, factor_of
 from slipstick.storage.cells import number
 
 _HEADING = re.compile(r"(?P<name>[^\[\]]*?)\s*(\[(?P<unit>[^\[\]]*)\])?")
@@ -123,7 +123,7 @@ def _columns(heading: list[str], units: dict[str, str], required: tuple[str, ...
             raise error(f"The column '{column[:40]}' is unknown",
                         f"{hint}Known: {', '.join(known)}, each with these or other units of the same dimension")
         try:
-            factor = float(convert(np.array(1.0), (parts and parts["unit"]) or "", units[name]))
+            factor = factor_of((parts and parts["unit"]) or "", units[name])
         except NotAQuantity as fault:
             raise error(f"The column '{column[:40]}': {fault}", fault.remedy or
                         f"Write the unit of its numbers behind the name, such as '{name} [{units[name]}]'") from None

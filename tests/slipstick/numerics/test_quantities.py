@@ -5,7 +5,7 @@ import pytest
 
 from slipstick.black_box import BlackBoxDescription, Input, Quantity
 from slipstick.errors import UnknownName
-from slipstick.numerics.quantities import NotAQuantity, convert, in_unit
+from slipstick.numerics.quantities import NotAQuantity, convert, factor_of, in_unit
 from slipstick.table.physical_values import PhysicalInput, physical_inputs
 from tests.benches import NOMINAL
 
@@ -15,6 +15,7 @@ from tests.benches import NOMINAL
     ("180 degree/s", "rad/s", np.pi), ("3 mm/(s bar)", "m/(s bar)", 0.003), ("2500 kg cm**2", "kg m^2", 0.25),
     ("12 rpm/(N m)^0.5", "rad/s/(N m)^0.5", 0.4 * np.pi), ("60 1/min", "1/s", 1.0), ("8 %", "1", 0.08),
     (0.08, "1", 0.08), ("3 min^-1", "1/s", 0.05), ("10 mmH2O", "bar", 9.80665e-4), ("3 N m/(rad/s)", "N m s", 3.0),
+    ("20 degC", "K", 293.15),
 ])
 def test_conversion(text: str | float, unit: str, value: float) -> None:
     assert in_unit(text, unit) == pytest.approx(value, rel=1e-9)
@@ -46,6 +47,12 @@ def test_the_remedy_of_a_refused_unit_keeps_the_meaning_of_the_number(text: str,
     with pytest.raises(NotAQuantity) as refused:
         in_unit(text, unit)
     assert refused.value.remedy.startswith(remedy)
+
+
+def test_units_with_different_zeros_have_no_factor() -> None:
+    assert factor_of("kPa", "bar") == pytest.approx(0.01)
+    with pytest.raises(NotAQuantity, match="zeros of degC and K differ"):
+        factor_of("degC", "K")
 
 
 def test_arrays_keep_their_shape_and_values_in_the_same_unit_their_bits() -> None:
