@@ -87,7 +87,7 @@ class FindingLaw(BaseModel):
 
     finding: int = Field(description="Index (from 0) of the finding in the result of the study.")
     title: str = Field(description="The finding in words.")
-    effect: str | None = Field(description="Effect of the catalogue; null if unlisted.")
+    effect: str | None = Field(description="Effect of the catalogue, or of the machine; null if unlisted.")
     quantity: str = Field(description="Quantity of the model that changes.")
     depends_on: str = Field(description="What the change depends on.")
     law: Law = Field(description="The measured law.")

@@ -76,10 +76,9 @@ def _findings(store: JobStore, id: str) -> Sequence[FindingResult | MachineFindi
 
 def _law(store: JobStore, id: str, n: int, finding: FindingResult | MachineFinding) -> FindingLaw:
     assert finding.law is not None
-    effect, written = (finding.kind, finding.equation) if isinstance(finding, MachineFinding) else (
-        finding.effect, equation(finding))
+    written = finding.equation if isinstance(finding, MachineFinding) else equation(finding)
     address = f"{store.address}/{id}/laws/{n}"
     files = [suffix.removeprefix(".") for suffix in FORMATS] if has_table(finding) else []
-    return FindingLaw(finding=n, title=finding.title, effect=effect, quantity=finding.quantity,
+    return FindingLaw(finding=n, title=finding.title, effect=finding.effect, quantity=finding.quantity,
                       depends_on=finding.depends_on, law=finding.law, equation=written,
                       links={"json": address, **{name: f"{address}?format={name}" for name in files}})

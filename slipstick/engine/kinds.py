@@ -5,7 +5,7 @@ period or the width of a play. It takes the place of the law in a fit, in which 
 that its evidence compares with that of the law: a law that no kind explains as well stays a measured one.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from slipstick.engine.laws import Candidate
 from slipstick.engine.linear_model import estimate, restricted_likelihood
 from slipstick.engine.priors import Prior
 from slipstick.engine.recordings import Pair
-from slipstick.machine.kinds import KINDS, Kind
+from slipstick.machine.kinds import MEMORIES, Kind
 
 _WIDE = 3.0
 """Prior standard deviation of a coefficient, over that with which its form alone is as large as the law."""
@@ -44,10 +44,14 @@ class Coefficient:
 
 @dataclass(frozen=True)
 class KindOfLaw:
-    """The kind that explains a law best: its `coefficients`, with its shape, and `nats` of evidence beyond the law."""
+    """The kind that explains a law best: its `coefficients`, with its shape, and `nats` of evidence beyond the law.
+
+    `kind` is its form, None of a memory.
+    """
 
     pair: Pair
     name: str
+    kind: Kind | None
     coefficients: tuple[Coefficient, ...]
     nats: float
 
@@ -59,7 +63,8 @@ def find_kind(fit: Fit, pair: Pair) -> KindOfLaw | None:
     model about the fit, with the best shape of each; the best ones are fitted.
     """
     law, reach = fit.laws[pair], _WIDE * max(float(np.abs(fit.state.laws[pair]).max()), 1e-12)
-    families = list(_list_families(law, fit.priors[pair].known_up_to))
+    families = list(_list_families(law, fit.priors[pair].known_up_to,
+                                    fit.recorded.machine.kinds_of(pair)))
     weighed = [(forms[0], family) for family in families if (forms := _weigh_all(fit, pair, family, reach))]
     weighed.sort(key=lambda each: -each[0].nats)
     tried = [(_fit_form(fit, pair, best.form, reach), family) for best, family in weighed[:_MOST]]
@@ -87,7 +92,7 @@ def find_kind(fit: Fit, pair: Pair) -> KindOfLaw | None:
         coefficients.append(average(family.shape_name, [each.form.shape for each in forms],
                                     [step**2 / 12] * len(forms),  # between the shapes that were compared
                                     "samples" if family.shape_name == "time" else law.variable.unit))
-    return KindOfLaw(pair, family.kind, tuple(coefficients), fitted.evidence - fit.evidence)
+    return KindOfLaw(pair, family.kind, family.formed, tuple(coefficients), fitted.evidence - fit.evidence)
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +104,7 @@ class _Family:
     shapes: np.ndarray
     form: Callable[[float], "_Form | None"]
     continuous: bool
+    formed: Kind | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,14 +128,14 @@ class _Weighed:
     variances: np.ndarray
 
 
-def _list_families(law: Candidate, known_up_to: int) -> Iterator[_Family]:
+def _list_families(law: Candidate, known_up_to: int, kinds: Sequence[Kind]) -> Iterator[_Family]:
     """Yield all kinds that a law may be of."""
     x, dependence = law.variable.knots, law.variable.kind
     if dependence in ("past", "lags"):
         others = len(WIDTHS) if dependence == "past" else len(DELAYS)
-        first = ("play", "half width") if dependence == "past" else ("dead time", "time")
+        first = (MEMORIES[0], "half width") if dependence == "past" else (MEMORIES[1], "time")
         for (name, shape_name), places in ((first, range(others)),
-                                           (("first-order lag", "time"), range(others, others + len(TIMES)))):
+                                           ((MEMORIES[2], "time"), range(others, others + len(TIMES)))):
             by_shape = {float(x[place]): place for place in places}
 
             def select(shape: float, by_shape: dict[float, int] = by_shape) -> _Form:
@@ -138,7 +144,7 @@ def _list_families(law: Candidate, known_up_to: int) -> Iterator[_Family]:
             yield _Family(name, shape_name, np.array(list(by_shape)), select, continuous=False)
         return
     span, flat = float(np.ptp(x)), flat_forms(len(x))[:, :known_up_to]
-    for kind in KINDS if span > 0 else KINDS[:1]:
+    for kind in kinds if span > 0 else [each for each in kinds if not each.shape and each.degrees == (0,)]:
         if kind.needs_sign and not x[0] < 0 < x[-1]:
             continue
 
@@ -153,7 +159,8 @@ def _list_families(law: Candidate, known_up_to: int) -> Iterator[_Family]:
             names = tuple(kind.coefficients[place] for place in kept)
             return _Form(names, tuple(kind.degrees[place] for place in kept), shape, bent[:, kept], sizes[kept])
 
-        yield _Family(kind.name, kind.shape, kind.shapes(x) if kind.shape else np.zeros(1), bend, bool(kind.shape))
+        yield _Family(kind.name, kind.shape, kind.shapes(x) if kind.shape else np.zeros(1), bend, bool(kind.shape),
+                      kind)
 
 
 def _weigh_all(fit: Fit, pair: Pair, family: _Family, reach: float) -> list[_Weighed]:

@@ -13,7 +13,7 @@ from slipstick.errors import InvalidValue
 from slipstick.law_files.equation import describe_value
 from slipstick.law_files.table import LawTable
 from slipstick.machine.declaration import SENSOR
-from slipstick.machine.kinds import KINDS, TERMS
+from slipstick.machine.kinds import TERMS
 
 _DEVIATIONS = 1.96
 """Standard deviations on either side within which 95 % of a normal variable are."""
@@ -41,11 +41,14 @@ def tabulate(law: Law, kind: KindOfLaw | None = None) -> LawTable:
                     None if kind is None else write_equation(law, kind), _KNOWN_UP_TO[law.known_up_to])
 
 
-def write_equation(law: Law, kind: KindOfLaw) -> str:
+def write_equation(law: Law, kind: KindOfLaw) -> str | None:
     """Return the equation of the kind of a law, with its coefficients in numbers and their units.
 
-    Such as `change of the left leak = (0.3 1/s) * max(0, left level - (1.1 m))`.
+    Such as `change of the left leak = (0.3 1/s) * max(0, left level - (1.1 m))`. It is None for a machine's own kind,
+    whose form is a function.
     """
+    if kind.name not in TERMS:
+        return None
     terms, values = TERMS[kind.name], {each.name: describe_value(each.value, each.unit) for each in kind.coefficients}
     names = {"x": _name_variable(law), "B": describe_value(float(law.x[0]), law.on_unit)}
     for each in kind.coefficients:
@@ -68,8 +71,8 @@ def _name_variable(law: Law) -> str:
 
 def _evaluate(law: Law, kind: KindOfLaw) -> np.ndarray:
     """Return the changes (m,) by a kind, without the flat forms that parameters replace."""
-    form, values = next(each for each in KINDS if each.name == kind.name), {
-        each.name: each.value for each in kind.coefficients}
+    form, values = kind.kind, {each.name: each.value for each in kind.coefficients}
+    assert form is not None  # a law over points is no memory
     columns = form.columns(law.x, values.get(form.shape, 0.0))
     change = sum((values[name] * column for name, column in zip(form.coefficients, columns, strict=True)
                   if name in values), np.zeros(len(law.x)))

@@ -29,6 +29,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.errors import InvalidValue
+from slipstick.machine.kinds import KINDS, MEMORIES, Kind
 
 Namespace = SimpleNamespace
 Rate = Callable[[Any, Any, Any, Any], Any]
@@ -164,6 +165,20 @@ class Output:
     take: str = "end"
 
 
+@dataclass(frozen=True)
+class Effect:
+    """A physical effect that may be missing: a law of a `kind` of `quantity` over `on`, which is called by its `name`.
+
+    The kind is one that all machines have, by its name, or the machine's own one. Effects name laws; a study compares
+    all pairs and all kinds, whether they have a name or not.
+    """
+
+    name: str
+    quantity: str
+    on: str
+    kind: str | Kind
+
+
 @dataclass(eq=False)
 class Block:
     """A part of a machine between signals: `reads` inputs, and `gives` the signal of a sensor, or several ones.
@@ -231,6 +246,7 @@ class Machine:
     duration: float = 0.0
     step: float = 0.0
     outputs: tuple[Output, ...] = ()
+    effects: tuple[Effect, ...] = ()
 
     @classmethod
     def open(cls, path: Path | str) -> "Machine":
@@ -253,6 +269,33 @@ class Machine:
         require_names([each.name for each in self.quantities], "quantities")
         for output in self.outputs:
             self._require_output(output)
+        for effect in self.effects:
+            self._require_effect(effect)
+
+    def _require_effect(self, effect: Effect) -> None:
+        place = f"The effect '{effect.name}' of the machine '{self.name}'"
+        known = [each.name for each in self.quantities]
+        if effect.quantity not in known:
+            raise InvalidValue(f"{place} changes '{effect.quantity}', which is no quantity",
+                               f"Name one of: {', '.join(known)}")
+        kinds = [*(each.name for each in KINDS), *MEMORIES]
+        if isinstance(effect.kind, str) and effect.kind not in kinds:
+            raise InvalidValue(f"{place} is of a kind '{effect.kind}' that does not exist",
+                               f"Give a Kind, or one of: {', '.join(kinds)}")
+
+    def kinds_of(self, pair: tuple[str, str]) -> tuple[Kind, ...]:
+        """Return the kinds that a law of a pair of quantity and dependence may be of: own ones, and those of all."""
+        own = tuple(effect.kind for effect in self.effects
+                    if isinstance(effect.kind, Kind) and (effect.quantity, effect.on) == pair)
+        return (*own, *KINDS)
+
+    def effect_of(self, pair: tuple[str, str], kind: str) -> Effect | None:
+        """Return the effect that a law of a pair and a kind is, None where none is declared."""
+        for effect in self.effects:
+            name = effect.kind.name if isinstance(effect.kind, Kind) else effect.kind
+            if (effect.quantity, effect.on, name) == (*pair, kind):
+                return effect
+        return None
 
     def _require_output(self, output: Output) -> None:
         place = f"The output '{output.name}' of the machine '{self.name}'"

@@ -59,7 +59,10 @@ KINDS = (
     Kind("ripple", ("mean", "cosine", "sine"), (0, 0, 0), lambda x, at: [
         np.ones_like(x), np.cos(2 * np.pi * x / at), np.sin(2 * np.pi * x / at)], "period", shapes=_list_periods),
 )
-"""Kinds of laws over a variable. Those of memories are one play, one dead time, or one first-order lag."""
+"""Kinds of laws over a variable, of any machine; a machine may have others (`Effect`)."""
+
+MEMORIES = "play", "dead time", "first-order lag"
+"""Kinds of laws over the past of a signal."""
 
 TERMS = {
     "constant": {"change": "1"},
@@ -77,9 +80,9 @@ TERMS = {
     "saturation": {"slope": "min(S, max(-S, x))"},
     "approach": {"end": "(1 - exp(-(x - B) / S))", "begin": "exp(-(x - B) / S)"},
     "ripple": {"mean": "1", "cosine": "cos(2 * pi * x / S)", "sine": "sin(2 * pi * x / S)"},
-    "play": {"share": "((x after a play of half width S) - x)"},
-    "dead time": {"share": "((x after a dead time of S) - x)"},
-    "first-order lag": {"share": "((x after a first-order lag of S) - x)"},
+    MEMORIES[0]: {"share": "((x after a play of half width S) - x)"},
+    MEMORIES[1]: {"share": "((x after a dead time of S) - x)"},
+    MEMORIES[2]: {"share": "((x after a first-order lag of S) - x)"},
 }
 """Name of a kind -> the term of each coefficient as text, with the variable x, its smallest value B, and the shape S.
 

@@ -35,6 +35,8 @@ class MachineFinding:
     """Quantity of the machine that changes."""
     depends_on: str
     """What the change depends on."""
+    effect: str | None
+    """The effect of the machine by its name, where it declares one of this kind; null without one."""
     kind: str | None
     """The kind of effect that explains the law, such as Coulomb friction; null where the measured law explains more."""
     equation: str | None

@@ -117,11 +117,13 @@ def _state_finding(finding: Finding, studied: MachineStudy) -> MachineFinding:
         law.pair == pair for law in confirmation.laws)
     blocks = sorted({name for fit in studied.identification.fits if pair in fit.laws
                      for name in fit.laws[pair].variables})
+    effect = None if kind is None else studied.machine.effect_of(pair, kind.name)
     return MachineFinding(
-        name_finding(pair, None if kind is None else kind.name), *pair, None if kind is None else kind.name,
+        name_finding(pair, None if kind is None else kind.name, None if effect is None else effect.name), *pair,
+        None if effect is None else effect.name, None if kind is None else kind.name,
         None if kind is None or law is None else write_equation(law, kind),
         [] if kind is None else _state_coefficients(kind), blocks, finding.nats, finding.errors,
-        [Rival(name_finding(rival, None), *rival) for rival in finding.rivals],
+        [Rival(name_finding(rival), *rival) for rival in finding.rivals],
         None if law is None or not has_points(law) else _state_law(law, kind),
         confirmation is not None and confirmation.nats > 0 if is_simulated else None)
 
@@ -155,7 +157,7 @@ def _state_parameter(estimate: ParameterEstimate, machine: Machine) -> MachinePa
 
 def _state_gap(confirmation: Confirmation) -> MachineGap:
     gap, control = confirmation.gap, confirmation.control_gap
-    return MachineGap(gap.without, gap.beside, gap.closed, name_finding(confirmation.control, None), control.closed,
+    return MachineGap(gap.without, gap.beside, gap.closed, name_finding(confirmation.control), control.closed,
                       confirmation.nats, confirmation.errors,
                       confirmation.bare.converged and confirmation.fit.converged)
 

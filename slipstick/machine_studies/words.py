@@ -6,9 +6,11 @@ from slipstick.machine_studies.result import MachineFinding
 from slipstick.studies.words import NOTHING, title
 
 
-def name_finding(pair: tuple[str, str], kind: str | None) -> str:
-    """Return a finding in words, with its kind where there is one."""
+def name_finding(pair: tuple[str, str], kind: str | None = None, effect: str | None = None) -> str:
+    """Return a finding in words: its effect, or else what depends on what, with the kind where there is one."""
     words = title(pair, None)
+    if effect is not None:
+        return f"{effect[0].upper()}{effect[1:]}: {words[0].lower()}{words[1:]}"
     return words if kind is None else f"{words} ({kind})"
 
 

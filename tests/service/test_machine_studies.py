@@ -19,8 +19,8 @@ MOTOR = open_machine("dc_motor")
 H5 = {"Content-Type": "application/x-hdf5"}
 LAW = Law([-1.0, 0.0, 1.0], "rad/s", [-0.1, 0.0, 0.1], [-0.2, -0.1, 0.0], [0.0, 0.1, 0.2], "N m", False, "nothing",
           False, None)
-FINDING = MachineFinding("Friction torque that depends on the speed (proportional)", "friction torque", "speed",
-                         "proportional", "change of the friction torque = (0.1 N m/(rad/s)) * speed",
+FINDING = MachineFinding("Viscous bearing: friction torque that depends on the speed", "friction torque", "speed",
+                         "viscous bearing", "proportional", "change of the friction torque = (0.1 N m/(rad/s)) * speed",
                          [Coefficient("slope", "N m/(rad/s)", 0.1, 0.05, 0.15, False)], ["shaft"], 200.0, 9.0, [], LAW,
                          None)
 RESULT = MachineStudyResult(
@@ -91,7 +91,7 @@ def test_a_result_has_its_laws_pictures_and_report(serving_jobs: ServingJobs, tm
 
         assert get("result").json()["result"] == asdict(RESULT)
         law, = get("laws").json()["laws"]
-        assert (law["effect"], law["equation"]) == ("proportional", FINDING.equation)
+        assert (law["effect"], law["equation"]) == ("viscous bearing", FINDING.equation)
         assert "friction_torque_over_speed_change" in get("laws/0?format=h").text
         assert [entry["name"] for entry in get("pictures").json()["pictures"]] == ["law"]
         assert get("pictures/law?format=svg").text.startswith("<svg")

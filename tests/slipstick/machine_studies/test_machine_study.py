@@ -13,7 +13,7 @@ import slipstick
 from slipstick.engine.simulation import simulate_runs
 from slipstick.errors import BadRecording, InvalidValue, UnknownName
 from slipstick.interface.machine_study import MachineStudy
-from slipstick.machine import Machine, Runs, list_experiments
+from slipstick.machine import Effect, Kind, Machine, Runs, list_experiments
 from slipstick.machine_studies import study_machine
 from slipstick.report import made
 from slipstick.storage.library import Library
@@ -61,6 +61,29 @@ def test_the_effect_is_named_measured_and_closes_the_gap_and_the_control_does_no
     before = {block.name: block.before for block in studied.result.blocks}
     assert before["plate"] > 1.5 > 1.1 > before["fan"]
     assert all(block.chi_square < 1.1 for block in studied.result.blocks)
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_a_law_of_an_effect_that_the_machine_declares_is_called_by_its_name(folder: Path, own: bool) -> None:
+    kind: Any = Kind("convection", ("growth",), (1,), lambda x, _: [x - 21]) if own else "proportional"
+    effects = (Effect("free convection", "cooling", "temperature", kind),
+               Effect("radiation", "cooling", "temperature", "quadratic"))
+    machine = replace(Machine.open(folder / "mine.py"), effects=effects)
+    result, _ = study_machine(machine, Runs.open(folder / "of_bench.h5"))
+    finding, = result.findings
+    assert (finding.effect, finding.kind) == ("free convection", "convection" if own else "proportional")
+    assert result.sentence == "Missing: free convection: cooling that depends on the temperature"
+    assert (finding.equation is None) == own
+    assert finding.law is not None
+    assert finding.law.formula is not None
+
+
+@pytest.mark.parametrize(("effect", "cause"), [
+    (Effect("a", "warmth", "temperature", "linear"), "'warmth', which is no quantity"),
+    (Effect("a", "cooling", "temperature", "cubic"), "kind 'cubic' that does not exist")])
+def test_an_effect_that_cannot_be_is_refused(folder: Path, effect: Effect, cause: str) -> None:
+    with pytest.raises(InvalidValue, match=cause):
+        replace(Machine.open(folder / "mine.py"), effects=(effect,))
 
 
 def test_a_machine_without_the_effect_lacks_nothing(folder: Path) -> None:
