@@ -1,30 +1,13 @@
 """Equations with their coefficients in numbers."""
 
 import re
-from collections.abc import Iterable
-from typing import Protocol
+from collections.abc import Mapping
 
 
-class Coefficient(Protocol):
-    """A value in a unit."""
-
-    @property
-    def name(self) -> str:
-        """The name in an equation."""
-
-    @property
-    def value(self) -> float:
-        """The value, in `unit`."""
-
-    @property
-    def unit(self) -> str:
-        """The unit, "1" or empty without one."""
-
-
-def insert_values(formula: str, coefficients: Iterable[Coefficient]) -> str:
-    """The formula with the values of its coefficients for their names, such as `signal + (0.0035 N m)`."""
-    values = {each.name: describe_value(each.value, each.unit) for each in coefficients}
-    return re.sub(r"\w+", lambda word: values.get(word[0], word[0]), formula)
+def insert_values(formula: str, coefficients: Mapping[str, tuple[float, str]]) -> str:
+    """The formula with coefficients, each a value and its unit, for their names, such as `signal + (0.0035 N m)`."""
+    return re.sub(r"\w+", lambda word: describe_value(*coefficients[word[0]]) if word[0] in coefficients else word[0],
+                  formula)
 
 
 def describe_value(value: float, unit: str) -> str:

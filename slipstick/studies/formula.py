@@ -56,8 +56,9 @@ def equation(finding: FindingResult) -> str | None:
     Such as `friction coefficient = alpha (1 + 0.15 exp(-|plate slip| / (25.9 rad/s)))`, with the symbols of the
     catalogue. None without a name, or where the simulation was not fitted with the formula of the effect.
     """
-    effect, coefficients = effect_of(finding.effect), finding.confirmation.coefficients
-    if effect is None or {each.name for each in coefficients} != {each.name for each in effect.coefficients}:
+    effect = effect_of(finding.effect)
+    coefficients = {each.name: (each.value, each.unit) for each in finding.confirmation.coefficients}
+    if effect is None or set(coefficients) != {each.name for each in effect.coefficients}:
         return None
     return f"{describe_quantity(effect)} = {insert_values(effect.law, coefficients)}"
 
