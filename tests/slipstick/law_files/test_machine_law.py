@@ -25,9 +25,13 @@ def law_of(change: np.ndarray, pair: tuple[str, str] = ("pull", "rate"), kind: K
     return Law(pair, kind, unit, "m/s", X, change, 0.01 * np.eye(len(X)), known_up_to, period=0.002, relative=relative)
 
 
+def form_of(name: str) -> Form:
+    return next(form for form in KINDS if form.name == name)
+
+
 def kind_of(form: Form, values: np.ndarray, shape: float) -> KindOfLaw:
     given = [*zip(form.coefficients, values, strict=True), *([(form.shape, shape)] if form.shape else [])]
-    return KindOfLaw(("pull", "rate"), form.name,
+    return KindOfLaw(("pull", "rate"), form.name, form,
                      tuple(Coefficient(name, float(value), 0.0, 1.0, "") for name, value in given), 20.0)
 
 
@@ -61,10 +65,11 @@ def test_a_table_has_the_band_and_the_change_by_the_kind(known_up_to: int) -> No
 
 def test_equations_have_units_and_what_parameters_replace_is_said() -> None:
     coefficients = Coefficient("slope", -0.3, -0.4, -0.2, "1/(m/s)"), Coefficient("threshold", 1.1, 1.0, 1.2, "m/s")
-    kind = KindOfLaw(("pull", "rate"), "above a threshold", coefficients, 20.0)
+    kind = KindOfLaw(("pull", "rate"), "above a threshold", form_of("above a threshold"), coefficients, 20.0)
     assert write_equation(law_of(X, unit="", relative=True, known_up_to=1), kind) == (
         "relative change of the pull = (-0.3 1/(m/s)) * max(0, rate - (1.1 m/s)), up to a constant")
-    bent = KindOfLaw(("pull", "rate"), "quadratic", (Coefficient("curvature", 2e-6, 1e-6, 3e-6, "N/(m/s)^2"),), 20.0)
+    curvature = Coefficient("curvature", 2e-6, 1e-6, 3e-6, "N/(m/s)^2")
+    bent = KindOfLaw(("pull", "rate"), "quadratic", form_of("quadratic"), (curvature,), 20.0)
     assert write_equation(law_of(X, known_up_to=2), bent) == (
         "change of the pull = (2e-06 N/(m/s)^2) * rate^2, up to a line")
 
@@ -79,7 +84,7 @@ def test_equations_have_units_and_what_parameters_replace_is_said() -> None:
 def test_memories_have_an_equation_and_no_table(pair: tuple[str, str], basis: Kind, name: str, shape: Coefficient,
                                                 right: str) -> None:
     law = law_of(X, pair, basis)
-    kind = KindOfLaw(pair, name, (Coefficient("share", 0.9, 0.8, 1.0, "1"), shape), 20.0)
+    kind = KindOfLaw(pair, name, None, (Coefficient("share", 0.9, 0.8, 1.0, "1"), shape), 20.0)
     assert write_equation(law, kind) == f"change of the {pair[0]} = 0.9 * {right}"
     assert not has_points(law)
     with pytest.raises(InvalidValue, match=f"The {pair[1]} of the {pair[0]} has no points"):

@@ -65,13 +65,17 @@ def test_the_effect_is_named_measured_and_closes_the_gap_and_the_control_does_no
 
 @pytest.mark.parametrize("own", [False, True])
 def test_a_law_of_an_effect_that_the_machine_declares_is_called_by_its_name(folder: Path, own: bool) -> None:
-    kind: Any = Kind("convection", ("growth",), (1,), lambda x, _: [x - 21]) if own else "proportional"
-    effects = (Effect("free convection", "cooling", "temperature", kind),
+    root = Kind("root", ("growth",), (0,), lambda x, _: [np.sqrt(np.maximum(x - 21, 0))])
+    effects = (Effect("free convection", "cooling", "temperature", root if own else "proportional"),
                Effect("radiation", "cooling", "temperature", "quadratic"))
-    machine = replace(Machine.open(folder / "mine.py"), effects=effects)
-    result, _ = study_machine(machine, Runs.open(folder / "of_bench.h5"))
+    machine, runs = replace(Machine.open(folder / "mine.py"), effects=effects), Runs.open(folder / "of_bench.h5")
+    if own:
+        (folder / "root.py").write_text((folder / "bench.py").read_text().replace(
+            f"(1 + {SLOPE} * difference)", "(1 + 0.05 * np.sqrt(np.maximum(difference, 0)))"))
+        runs = slipstick.simulate(Machine.open(folder / "root.py"), runs=24, seed=4)
+    result, _ = study_machine(machine, runs)
     finding, = result.findings
-    assert (finding.effect, finding.kind) == ("free convection", "convection" if own else "proportional")
+    assert (finding.effect, finding.kind) == ("free convection", "root" if own else "proportional")
     assert result.sentence == "Missing: free convection: cooling that depends on the temperature"
     assert (finding.equation is None) == own
     assert finding.law is not None
