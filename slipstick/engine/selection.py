@@ -356,7 +356,7 @@ def _doubt(bare: Fit, settings: EngineSettings) -> np.ndarray:
     chi = np.log(np.maximum(np.array(list(bare.chi_square.values())), 1e-3)).T
     widest = np.array([term.widest for term in bare.recorded.random])
     by_squares, by_parameters = _deviate(chi, settings.least_spread), np.abs(_deviate(bare.state.points, widest))
-    return np.asarray(np.maximum(by_squares.max(axis=1), by_parameters.max(axis=1)))
+    return np.asarray(np.maximum(by_squares.max(axis=1), by_parameters.max(axis=1, initial=0.0)))
 
 
 def _deviate(values: np.ndarray, least: np.ndarray | float) -> np.ndarray:
