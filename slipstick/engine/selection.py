@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from slipstick.engine.disturbances import estimate_disturbances
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, screen
 from slipstick.engine.fit import HOPED, SETTLED, Fit, fit, join, join_recorded
 from slipstick.engine.laws import CONSTANT, FINER, Candidate, list_candidates, list_curves
@@ -333,11 +334,17 @@ def fit_bare(group: Recorded, state: State | None = None, variance: np.ndarray |
 
 
 def renew_noise(bare: Fit) -> Recorded:
-    """Return the recordings with the noise of sensors that a fit leaves."""
+    """Return the recordings with the noise of sensors that a fit leaves.
+
+    Of parts with disturbances, it leaves these as well.
+    """
     random = np.random.default_rng(0)
     parts = list[Part]()
     for part in bare.recorded.parts:
         model = bare.models[part.name]
+        if part.disturbances:
+            parts.append(estimate_disturbances(model))
+            continue
         n, o, k = part.measured.shape
         carried = model.carry({name: draw_noise(noise, (n, k), random) for name, noise in part.noise.items()})
         loudness = np.stack([estimate_loudness(model.residual[:, place], part.counted[:, place]) for place in range(o)],
