@@ -111,10 +111,10 @@ def _over(recorded: Recorded, quantity: Quantity, size: float, name: str, parts:
           own: dict[str, dict[str, np.ndarray]]) -> Candidate | None:
     """Return the candidate over a variable, which is own in some parts and known in others; None where neither."""
     unit, variables = recorded.units.get(name, ""), dict[str, Variable]()
-    is_sensor = quantity.name.endswith(SENSOR)  # which reads a signal when the equations are solved
+    signal = quantity.name.removesuffix(SENSOR)  # a sensor of what a part gives reads it when the equations are solved
 
     def is_own(part: Part) -> bool:
-        return name in own[part.name] and (is_sensor or name in part.system.own)
+        return name in own[part.name] and (signal in part.signals or name in part.system.own)
 
     for part in sorted(parts, key=lambda part: not is_own(part)):
         if is_own(part):

@@ -280,16 +280,19 @@ def sensor_errors(model: PartModel, signals: np.ndarray) -> np.ndarray:
 
 
 def _carry(model: PartModel) -> CarriedNoise | None:
-    """Return how the noise of measured inputs, which is linear between samples, reaches the output."""
+    """Return how the noise of measured inputs and disturbances, linear between samples, reach the output."""
     part, trajectory = model.part, model.trajectory
-    if not part.noise:
+    whole = np.ones((len(part.measured), trajectory.outputs.shape[2]))
+    sources = [(trajectory.direction("input", name, noise.std), model.passed[name])
+               for name, noise in part.noise.items()]
+    sources += [(trajectory.direction("quantity", name, _size_of(part, name)), whole) for name in part.disturbances]
+    if not sources:
         return None
     n, k, fine, d = len(part.measured), part.measured.shape[2], part.fine, trajectory.x.shape[1]
     A = np.broadcast_to(np.eye(d), (n, k - 1, d, d)).copy()
-    F, G = (np.zeros((n, k - 1, d, len(part.noise))) for _ in range(2))
-    E = np.empty((n, len(part.signals), k, len(part.noise)))
-    for place, (name, noise) in enumerate(part.noise.items()):
-        direction, passed = trajectory.direction("input", name, noise.std), model.passed[name]
+    F, G = (np.zeros((n, k - 1, d, len(sources))) for _ in range(2))
+    E = np.empty((n, len(part.signals), k, len(sources)))
+    for place, (direction, passed) in enumerate(sources):
         E[..., place] = direction.D[:, :, ::fine] * passed[:, None, ::fine]
         for sub in range(fine):
             before = direction.B[:, sub::fine, 0] * passed[:, sub:-1:fine, None]
@@ -300,7 +303,14 @@ def _carry(model: PartModel) -> CarriedNoise | None:
                                        + first * before + last * after)
     for sub in range(fine):
         A = trajectory.A[:, sub::fine] @ A
-    return CarriedNoise(tuple(part.noise.values()), part.input_loudness, A, F, G, trajectory.C[:, :, ::fine], E)
+    loudness = np.concatenate([part.input_loudness, np.ones((n, len(part.disturbances)))], axis=1)
+    return CarriedNoise((*part.noise.values(), *part.disturbances.values()), loudness, A, F, G,
+                        trajectory.C[:, :, ::fine], E)
+
+
+def _size_of(part: Part, name: str) -> float:
+    """Return the size of a large change of a quantity, by its identifier."""
+    return next(each.size for each in part.block.quantities if identifier_of(each.name) == name)
 
 
 def _row(model: PartModel, key: Key, recorded: Recorded) -> np.ndarray:
@@ -352,7 +362,7 @@ def _typical(recorded: Recorded, model: PartModel, key: Key) -> float:
         term = _term_of(recorded, key)
         return term.size * float(np.abs(term.values).max() or 1.0)
     if kind == "quantity":
-        return next(each.size for each in model.part.block.quantities if identifier_of(each.name) == name)
+        return _size_of(model.part, name)
     return 1.0
 
 

@@ -35,6 +35,8 @@ _STATED = 1e-3
 _DRAWN = 25.0
 """Samples in which a state that may come to rest is drawn to its measured value: where it rests a moment too long or
 too short, a simulation never comes back to the recording, and has no slope that would tell why."""
+_SLOW = 0.9
+"""Autocorrelation of a disturbance from sample to sample, to begin with."""
 _FEW = 4
 """Runs that a stated level needs on average, to have an error of its own."""
 
@@ -131,7 +133,9 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
                     {identifier_of(name): noise[name] for name in measured}, parameters,
                     np.stack([signals[name] for name in block.signals], axis=1), counted,
                     tuple(noise[name] for name in block.signals), np.ones((len(runs), len(block.signals))),
-                    np.stack([loudness[name] for name in measured], axis=1) if measured else np.ones((len(runs), 0)))
+                    np.stack([loudness[name] for name in measured], axis=1) if measured else np.ones((len(runs), 0)),
+                    disturbances={identifier_of(each.name): Noise(each.disturbance, _SLOW)
+                                  for each in block.quantities if each.disturbance > 0})
         return part if is_free else _draw(part, _DRAWN * runs.step, driving, beyond)
 
     if not block.states:

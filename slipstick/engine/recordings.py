@@ -1,7 +1,7 @@
 """The blocks of a machine with what was recorded of them: what a fit is made of."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -60,7 +60,8 @@ class Part:
     `inputs` (n, K) drive the equations: measured ones without their `noise`, which is `beyond` (n, k). `parameters` (n,
     1) are nominal. The o signals that are `measured` (n, o, k) count where `counted`, with the noise of their
     `sensors`. The noise of each run is `loudness` (n, o) times that, and `input_loudness` (n, r). What a part leaves
-    beyond noise counts as noise as well: variances are `temper` times those of the noise.
+    beyond noise counts as noise as well: variances are `temper` times those of the noise. `disturbances` are the
+    fluctuations of quantities, by identifier.
     """
 
     block: Block
@@ -77,6 +78,7 @@ class Part:
     loudness: np.ndarray
     input_loudness: np.ndarray
     temper: float = 1.0
+    disturbances: Mapping[str, Noise] = field(default_factory=dict)
 
     @property
     def name(self) -> str:

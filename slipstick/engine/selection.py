@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from slipstick.engine.disturbances import estimate_disturbances
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, screen
 from slipstick.engine.fit import HOPED, SETTLED, Fit, fit, join, join_recorded
 from slipstick.engine.laws import CONSTANT, FINER, Candidate, list_candidates, list_curves
@@ -335,11 +336,17 @@ def fit_bare(group: Recorded, state: State | None = None, variance: np.ndarray |
 
 
 def renew_noise(bare: Fit) -> Recorded:
-    """Return the recordings with the noise of sensors that a fit leaves."""
+    """Return the recordings with the noise of sensors that a fit leaves.
+
+    Of parts with disturbances, it leaves these as well.
+    """
     random = np.random.default_rng(0)
     parts = list[Part]()
     for part in bare.recorded.parts:
         model = bare.models[part.name]
+        if part.disturbances:
+            parts.append(estimate_disturbances(model))
+            continue
         n, o, k = part.measured.shape
         carried = model.carry({name: draw_noise(noise, (n, k), random) for name, noise in part.noise.items()})
         loudness = np.stack([estimate_loudness(model.residual[:, place], part.counted[:, place]) for place in range(o)],
@@ -358,7 +365,7 @@ def _doubt(bare: Fit, settings: EngineSettings) -> np.ndarray:
     chi = np.log(np.maximum(np.array(list(bare.chi_square.values())), 1e-3)).T
     widest = np.array([term.widest for term in bare.recorded.random])
     by_squares, by_parameters = _deviate(chi, settings.least_spread), np.abs(_deviate(bare.state.points, widest))
-    return np.asarray(np.maximum(by_squares.max(axis=1), by_parameters.max(axis=1)))
+    return np.asarray(np.maximum(by_squares.max(axis=1), by_parameters.max(axis=1, initial=0.0)))
 
 
 def _deviate(values: np.ndarray, least: np.ndarray | float) -> np.ndarray:

@@ -173,7 +173,8 @@ def _confirm(machine: Machine, runs: Runs, values: Mapping[str, float] | None, n
     loud = {signal: part.loudness[:, place] for part in blocks.recorded.parts
             for place, signal in enumerate(part.signals)}
     part = whole.parts[0]
-    part = replace(part, sensors=tuple(noise[name] for name in part.signals),
+    disturbances = {name: noise for each in blocks.recorded.parts for name, noise in each.disturbances.items()}
+    part = replace(part, disturbances=disturbances, sensors=tuple(noise[name] for name in part.signals),
                    loudness=np.stack([loud[name] for name in part.signals], axis=1))
     whole = replace(whole, parts=(part,), signals=blocks.recorded.signals)
     start, variance = _begin_whole(whole, blocks)

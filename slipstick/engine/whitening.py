@@ -97,6 +97,11 @@ class Whitening:
                     self.roots, out)
         return out.reshape(n, c, o * k)
 
+    def log_likelihood(self, left: np.ndarray) -> float:
+        """Return the log likelihood of residuals (n, o, k) in nats, up to a constant, with noise that is carried."""
+        known = self.roots[self.roots > 0]  # those of samples that are counted
+        return float(np.log(known).sum() - 0.5 * (self.apply(left[:, None]) ** 2).sum())
+
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _whiten_autoregressive(columns, counted, std, rho, out):  # type: ignore[no-untyped-def]

@@ -77,7 +77,8 @@ class Quantity:
 
     A `relative` quantity is a share. `size`, in `unit`, is that of a large change. By default it may depend on all that
     is known within a run or of a run; `without` are names on which it cannot, for a physical reason, and `over` says
-    on what alone it may.
+    on what alone it may. `disturbance`, in `unit`, is the largest standard deviation by which it fluctuates within a
+    run for reasons that are not modelled.
     """
 
     name: str
@@ -86,6 +87,7 @@ class Quantity:
     size: float = 1.0
     over: tuple[str, ...] | None = None
     without: tuple[str, ...] = ()
+    disturbance: float = 0.0
 
 
 @dataclass(frozen=True)

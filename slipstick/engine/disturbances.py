@@ -1,0 +1,58 @@
+"""The disturbances of a part: what its quantities do within a run for reasons that are not modelled.
+
+They are first-order autoregressive, and reach the signals through the equations, as the noise of measured inputs does:
+process noise (Ljung, System Identification, 1999, section 4.3). Without them, every small disturbance that a precise
+sensor shows is significant.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import scipy
+
+from slipstick.engine.model import PartModel
+from slipstick.engine.noise import HIGHEST, Noise, bound_noise
+from slipstick.engine.recordings import Part
+from slipstick.engine.whitening import Whitening
+from slipstick.machine.declaration import identifier_of
+
+_LEAST = 1e-3
+"""Least standard deviation of a disturbance or of a sensor, over the largest one: it is then as good as none."""
+
+
+def estimate_disturbances(model: PartModel) -> Part:
+    """Return a part with the disturbances and the noise of sensors that give what a fit leaves the largest likelihood.
+
+    Disturbances are no larger than declared, and the noise of a sensor than its signal shows: what is left beyond that
+    is missing in the model.
+    """
+    part = model.part
+    assert model.whitening is not None
+    carried = model.whitening.carried
+    assert carried is not None
+    disturbed = {identifier_of(each.name): each.disturbance for each in part.block.quantities if each.disturbance > 0}
+    scaled = part.measured / part.loudness[:, :, None]
+
+    def read(values: np.ndarray) -> tuple[tuple[Noise, ...], dict[str, Noise]]:
+        """Return the noise of sensors and the disturbances with logarithms of shares, and correlations."""
+        shares, correlations = np.exp(values[:len(values) // 2]), np.tanh(values[len(values) // 2:])
+        noise = [Noise(float(share), float(rho)) for share, rho in zip(shares, correlations, strict=True)]
+        sensors = tuple(replace(each, std=each.std * bound_noise(replace(each, std=np.inf), scaled[:, place]).std)
+                        for place, each in enumerate(noise[:len(part.sensors)]))
+        return sensors, {name: replace(each, std=each.std * largest) for (name, largest), each in zip(
+            disturbed.items(), noise[len(sensors):], strict=True)}
+
+    def lack(values: np.ndarray) -> float:
+        sensors, disturbances = read(values)
+        inputs = (*part.noise.values(), *disturbances.values())
+        whitening = Whitening.of(part.counted, sensors, part.loudness, replace(carried, inputs=inputs))
+        return -whitening.log_likelihood(model.residual)
+
+    before = (*part.sensors, *part.disturbances.values())
+    largest = [bound_noise(replace(each, std=np.inf), scaled[:, place]).std for place, each in enumerate(part.sensors)]
+    shares = [each.std / most for each, most in zip(before, (*largest, *disturbed.values()), strict=True)]
+    begin = np.concatenate([np.log(np.clip(shares, _LEAST, 1.0)), np.arctanh([each.correlation for each in before])])
+    most = float(np.arctanh(HIGHEST))
+    bounds = [(float(np.log(_LEAST)), 0.0)] * len(before) + [(-most, most)] * len(before)
+    sensors, disturbances = read(scipy.optimize.minimize(lack, begin, method="L-BFGS-B", bounds=bounds).x)
+    return replace(part, sensors=sensors, disturbances=disturbances)
