@@ -36,7 +36,7 @@ def test_options_are_those_of_the_command(scripts: dict[str, str], tmp_path: Pat
     assert "--help" in offered
     own = {option for action in command_parser(name)._actions for option in action.option_strings
            if option.startswith("--")}
-    assert set(offered) - own == ({"--picture"} if name == "bench" else set())  # of its action `check`
+    assert set(offered) - own == ({"--picture"} if name in ("bench", "machine") else set())  # of its action `check`
     assert own <= set(offered)
 
 

@@ -168,7 +168,7 @@ def test_recorded_runs_are_measurements(lag: Path) -> None:
     assert measured.output == file.description.output
     order = [tuple(row) for row in measured.conditions.values.tolist()]
     assert sorted(order) == [(0, 0), (0, 0.1)]
-    assert measured.description.startswith("2 of 4 runs have no rise_time and are left out: ")
+    assert "2 of 4 runs have no rise_time and are left out: " in measured.description
     reached = np.isfinite(evaluate_output(machine.outputs[0], runs.time, runs.signals))
     np.testing.assert_array_equal(
         measured.measured_time, evaluate_output(machine.outputs[0], runs.time, runs.signals)[reached])
