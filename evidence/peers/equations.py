@@ -113,47 +113,74 @@ def shift(part: Part, name: str, value: np.ndarray, by: np.ndarray | float) -> n
     return np.asarray(value + scale * by if scale else value * np.exp(by))
 
 
-def pose(recorded: Recorded, signals: Mapping[str, np.ndarray], reads: Mapping[str, np.ndarray],
+def pose(recorded: Recorded, signals: Mapping[str, np.ndarray], delays: Mapping[str, float],
          differentiate: Differentiate) -> list[Equation]:
-    """Return the equations of all parts along `signals` (n, k) that these give.
+    """Return the equations of all parts along `signals` (n, k), whose sensors have `delays` in samples.
 
-    Signals that they read are the smoothed ones of the recordings, unless they are among `reads`. Rates are averages
-    over a sample to either side, for which signals that bend between samples are straightened.
+    Each part has the clock of the signal that it gives. Rates are averages over a sample to either side, for which
+    signals that bend between samples are straightened.
     """
     return [equation for part in recorded.parts
-            for equation in _pose_part(recorded, part, signals, reads, differentiate)]
+            for equation in _pose_part(recorded, part, signals, delays, differentiate)]
 
 
-def advance(recorded: Recorded, delays: Mapping[str, float]) -> Recorded:
-    """Return the recordings without the delays of their sensors, in samples, by cubic interpolation."""
-    signals = {name: late(np.asarray(value, float), -delays.get(name, 0.0), 1)
-               for name, value in recorded.runs.signals.items()}
-    smooth = {name: smooth_signal(value) for name, value in signals.items()}
-    driving = {identifier_of(name): straighten(value) for name, value in smooth.items()}
+def synchronize(recorded: Recorded, delays: Mapping[str, float]) -> Recorded:
+    """Return the recordings with inputs of each part at the clock of the signal that it gives."""
+    runs, smooth = recorded.runs, {name: smooth_signal(np.asarray(value, float))
+                                   for name, value in recorded.runs.signals.items()}
 
     def known(part: Part) -> Part:
-        read = {name: refine(driving[identifier_of(signal)], part.fine) for signal, name in part.read.items()}
-        return replace(part, inputs={**part.inputs, **read})
+        own = delays[part.signals[0]]
+        instants = np.linspace(runs.time[0], runs.time[-1], part.fine * (len(runs.time) - 1) + 1) - own * runs.step
+        commands = {identifier_of(name): profile.approximate(instants) for name, profile in runs.commands.items()
+                    if name in part.block.reads}
+        read = {name: refine(straighten(_advance(smooth[signal], delays[signal] - own)), part.fine)
+                for signal, name in _sources(part).items()}
+        return replace(part, inputs={**part.inputs, **commands, **read})
 
-    return replace(recorded, runs=replace(recorded.runs, signals=signals),
-                   parts=tuple(known(part) for part in recorded.parts), signals={**recorded.signals, **smooth})
+    return replace(recorded, parts=tuple(known(part) for part in recorded.parts))
 
 
-def simulate(recorded: Recorded, factors: Mapping[str, float]) -> dict[str, np.ndarray]:
-    """Return the signals (n, k) that each block gives with its measured inputs, with changes of its parameters."""
-    simulated = {}
-    for part in recorded.parts:
-        parameters = {name: shift(part, name, value, factors.get(name, 0.0)) for name, value in part.parameters.items()}
-        outputs = solve(pose_nominal(replace(part, parameters=parameters)), guess_track(part)).outputs
-        simulated |= {name: outputs[:, place, ::part.fine] for place, name in enumerate(part.signals)}
+def _sources(part: Part) -> dict[str, str]:
+    """Return the inputs that sensors read, by the name of the signal."""
+    read = {signal: identifier_of(signal) for signal in part.block.reads if identifier_of(signal) in part.noise}
+    return {**read, **part.drawn}
+
+
+def _advance(values: np.ndarray, by: float) -> np.ndarray:
+    """Return signals (n, k) that come earlier by some samples."""
+    return late(np.asarray(values, float), -by, 1) if by else values
+
+
+def simulate(recorded: Recorded, factors: Mapping[str, float], delays: Mapping[str, float],
+             passes: int) -> dict[str, np.ndarray]:
+    """Return the signals (n, k) that each block gives with its inputs, with changes of its parameters.
+
+    Inputs are measured at first, and those of the pass before in each further one, so that less and less of their noise
+    is left.
+    """
+    simulated = dict[str, np.ndarray]()
+    for _ in range(passes):
+        before, simulated = simulated, {}
+        for part in recorded.parts:
+            own = delays[part.signals[0]]
+            read = {identifier_of(name): refine(straighten(_advance(before[name], delays[name] - own)), part.fine)
+                    for name in part.block.reads if name in before}
+            parameters = {name: shift(part, name, value, factors.get(name, 0.0))
+                          for name, value in part.parameters.items()}
+            posed = pose_nominal(replace(part, inputs={**part.inputs, **read}, parameters=parameters))
+            outputs = solve(posed, guess_track(part)).outputs
+            simulated |= {name: outputs[:, place, ::part.fine] for place, name in enumerate(part.signals)}
     return simulated
 
 
 def _pose_part(recorded: Recorded, part: Part, signals: Mapping[str, np.ndarray],
-               reads: Mapping[str, np.ndarray], differentiate: Differentiate) -> list[Equation]:
+               delays: Mapping[str, float], differentiate: Differentiate) -> list[Equation]:
     system, step = system_of(part.block), recorded.runs.step
     by_identifier = {identifier_of(name): value for name, value in signals.items()}
-    read = {identifier_of(name): straighten(value) for name, value in reads.items()}
+    own = delays[part.signals[0]]
+    read = {identifier_of(name): straighten(_advance(signals[name], delays[name] - own)) for name in part.block.reads
+            if name in signals}
     inputs = {name: read[name] if name in read else value[:, ::part.fine] for name, value in part.inputs.items()}
     shape = next(iter(signals.values())).shape
     known = {place: by_identifier[name] for place, name in enumerate(system.states) if name in by_identifier}

@@ -24,12 +24,12 @@ import scipy
 from evidence.answer import Answer, LawOfPair, NamedPair
 from evidence.peers.equations import (
     Equation,
-    advance,
     name_variable,
     pose,
     read_memory,
     read_variable,
     simulate,
+    synchronize,
 )
 from slipstick.engine.bases import hats
 from slipstick.engine.laws import CONSTANT, Candidate, acts, list_candidates
@@ -39,6 +39,7 @@ from slipstick.machine.declaration import SENSOR, identifier_of
 
 Matrix = np.ndarray
 _ROUGH, _ROUNDS, _EM = 2, 5, 10  # of the fit of the parameters, at first without a simulation, and of the EM algorithm
+_PASSES = 3  # of the last simulation
 _LOOSE, _LATE = 0.3, 0.5  # what is known of parameters, as factors, and of delays in samples, before
 _MEMORIES = 2  # rounds of the correlation of the residuals
 _NEGLIGIBLE = 1e-6  # part of a column that is left by others, below which they replace it
@@ -181,8 +182,8 @@ def _delay(peer: Peer, equation: Equation, signal: str, factors: Mapping[str, fl
     return equation.over_error(signal, -slope[:, None], factors)[:, 0]
 
 
-def _pose(recorded: Recorded, signals: Mapping[str, Matrix], reads: Mapping[str, Matrix]) -> list[Equation]:
-    return pose(recorded, signals, reads, lambda rows: np.gradient(rows, axis=-1))
+def _pose(recorded: Recorded, signals: Mapping[str, Matrix], delays: Mapping[str, float]) -> list[Equation]:
+    return pose(recorded, signals, delays, lambda rows: np.gradient(rows, axis=-1))
 
 
 def _fit_parameters(peer: Peer) -> tuple[dict[str, float], Peer]:
@@ -190,11 +191,11 @@ def _fit_parameters(peer: Peer) -> tuple[dict[str, float], Peer]:
     recorded, factors = peer.recorded, dict[str, float]()
     delays = dict.fromkeys(recorded.runs.signals, 0.5)
     for number in range(_ROUNDS):
-        known = advance(recorded, delays)
+        known = synchronize(recorded, delays)
         clean = ({name: known.signals[name] for name in delays} if number < _ROUGH
-                 else simulate(known, factors))
-        peer = replace(peer, recorded=known, equations=_pose(known, known.runs.signals, known.runs.signals),
-                       clean=_pose(known, clean, clean))
+                 else simulate(known, factors, delays, _PASSES if number == _ROUNDS - 1 else 1))
+        peer = replace(peer, recorded=known, equations=_pose(known, known.runs.signals, delays),
+                       clean=_pose(known, clean, delays))
         factors = factors or dict.fromkeys(_names(peer), 0.0)
         if number == _ROUNDS - 1:
             break
