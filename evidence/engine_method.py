@@ -26,7 +26,7 @@ _FLAT = "nothing", "constant", "line"
 
 def answer_by_engine(case: str, described: Path, recorded: Path, settings: EngineSettings | None = None) -> Answer:
     """Name what is missing: of another machine in all of it, of a clutch in the blocks that are declared."""
-    prepared = _prepare_machine(described, recorded) if described.name == "machine.json" else _prepare_clutch(
+    prepared = prepare_machine(described, recorded) if described.name == "machine.json" else _prepare_clutch(
         described, recorded)
     answer = identify(prepared, settings)
     findings = tuple(NamedPair(_translate(finding.pair), tuple(_translate(rival) for rival in finding.rivals),
@@ -59,7 +59,8 @@ def load_machine(name: str) -> Machine:
     return open_machine(MACHINES / f"{name.replace(' ', '_')}.py")
 
 
-def _prepare_machine(described: Path, recorded: Path) -> Recorded:
+def prepare_machine(described: Path, recorded: Path) -> Recorded:
+    """Return the recordings of another machine, with its nominal numbers."""
     content = json.loads(described.read_text())
     return prepare(load_machine(content["machine"]), read_runs(recorded), content["values"])
 

@@ -10,7 +10,9 @@ from pathlib import Path
 from numba import set_num_threads
 
 from evidence.answer import Answer, LawOfPair, NamedPair
-from evidence.engine_method import answer_by_engine
+from evidence.engine_method import answer_by_engine, prepare_machine
+from evidence.peers.residuals import answer_by_residuals
+from evidence.peers.sindy import answer_by_sindy
 from slipstick.bench import Bench
 from slipstick.clutch.effects import CATALOGUE, find
 from slipstick.naming.answer import answer
@@ -58,5 +60,8 @@ def _law(law: LawPoints) -> LawOfPair:
     return LawOfPair(law.pair, x, change, std, law.relative, law.up_to)
 
 
-METHODS: dict[str, Callable[[str, Path, Path], Answer]] = {"naming": answer_by_naming, "engine": answer_by_engine}
-"""Name of each method, and the function that answers."""
+METHODS: dict[str, Callable[[str, Path, Path], Answer]] = {
+    "naming": answer_by_naming, "engine": answer_by_engine,
+    "residuals": lambda case, described, recorded: answer_by_residuals(case, prepare_machine(described, recorded)),
+    "sindy": lambda case, described, recorded: answer_by_sindy(case, prepare_machine(described, recorded))}
+"""Name of each method, and the function that answers; the last two answer other machines than the clutch."""

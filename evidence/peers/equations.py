@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from slipstick.engine.bases import lag, late, play
-from slipstick.engine.laws import GAIN, LAG, PAST, Candidate
+from slipstick.engine.laws import CONSTANT, GAIN, LAG, PAST, Candidate
 from slipstick.engine.preparation import straighten
 from slipstick.engine.recordings import Part, Recorded, guess_track, pose_nominal, refine, smooth_signal
 from slipstick.engine.trajectory import solve
@@ -232,3 +232,40 @@ def name_variable(candidate: Candidate) -> str:
     """Return the signal or the constant of runs of which the columns of a candidate are."""
     quantity, on = candidate.pair
     return quantity.removesuffix(SENSOR) if on in (LAG, GAIN) else on.removeprefix(PAST)
+
+
+def add_columns(recorded: Recorded, equation: Equation, candidate: Candidate, factors: Mapping[str, np.ndarray | float],
+                curves: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Return what the functions of a candidate add to measured less declared rate (n, m, k).
+
+    These are `curves` of what it depends on, functions (n, m, k) of (n, k), or plays and lags.
+    """
+    quantity, shape, name = candidate.quantity, equation.measured.shape, name_variable(candidate)
+    is_memory = candidate.variable.kind in ("past", "lags")
+    if candidate.pair[1] == CONSTANT:
+        values, basis = None, np.ones((shape[0], 1, shape[1]))
+    else:
+        values = read_variable(recorded, equation, name)
+        values = np.broadcast_to(values if values.ndim == 2 else values[:, None], shape)
+        basis = read_memory(candidate, values) if is_memory else curves(values)
+    if not quantity.name.endswith(SENSOR):
+        return np.asarray(equation.over_quantity(quantity.name, candidate.size, factors)[:, None] * basis)
+    change, signal = None, quantity.name.removesuffix(SENSOR)
+    if values is not None and equation.order == 1 and name == equation.signal == signal:
+        rate = equation.rate(factors) * equation.step
+        change = candidate.size * (read_memory(candidate, rate) if is_memory
+                                   else 0.5 * (curves(values + rate) - curves(values - rate)))
+    return equation.over_error(signal, candidate.size * basis, factors, change)
+
+
+def add_delay(recorded: Recorded, equation: Equation, signal: str,
+              factors: Mapping[str, np.ndarray | float]) -> np.ndarray:
+    """Return what a delay of a sensor by a sample adds to the residual of an equation (n, k)."""
+    if not (signal == equation.signal or identifier_of(signal) in equation.inputs):
+        return np.zeros_like(equation.measured)
+    if signal == equation.signal and equation.order == 1:
+        slope = equation.rate(factors) * equation.step
+        change = equation.differentiate(slope)
+        return equation.over_error(signal, -slope[:, None], factors, -change[:, None])[:, 0]
+    slope = equation.differentiate(read_variable(recorded, equation, signal))
+    return equation.over_error(signal, -slope[:, None], factors)[:, 0]

@@ -17,6 +17,7 @@ The recipe, with the textbook form of each step:
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 import scipy
@@ -24,10 +25,9 @@ import scipy
 from evidence.answer import Answer, LawOfPair, NamedPair
 from evidence.peers.equations import (
     Equation,
-    name_variable,
+    add_columns,
+    add_delay,
     pose,
-    read_memory,
-    read_variable,
     simulate,
     synchronize,
 )
@@ -35,7 +35,6 @@ from slipstick.engine.bases import hats
 from slipstick.engine.laws import CONSTANT, Candidate, acts, list_candidates
 from slipstick.engine.model import nominal_own_values
 from slipstick.engine.recordings import Recorded
-from slipstick.machine.declaration import SENSOR, identifier_of
 
 Matrix = np.ndarray
 _ROUGH, _ROUNDS, _EM = 2, 5, 10  # of the fit of the parameters, at first without a simulation, and of the EM algorithm
@@ -138,7 +137,7 @@ def answer_by_residuals(case: str, recorded: Recorded, settings: SettingsOfResid
             break
         chosen.append(next(each for each in peer.candidates if each.pair == best))
         rivals = tuple(pair for pair, fall in falls.items() if pair != best and falls[best] - fall < 2.0)
-        findings.append(NamedPair(best, rivals, nats=round(falls[best] / 2, 1)))
+        findings.append(NamedPair(best, rivals, nats=round(float(falls[best]) / 2, 1)))
     set_aside = tuple(int(row) for row in recorded.rows if row not in recorded.rows[kept])
     laws = _measure(peer, rows, columns, chosen) if chosen else []
     return Answer(case, tuple(findings), set_aside=set_aside, laws=tuple(laws))
@@ -156,7 +155,7 @@ def _pose_rows(peer: Peer, factors: Mapping[str, float]) -> Rows:
         Matrix]()
     for number, (measured, each) in enumerate(zip(peer.equations, peer.clean, strict=True)):
         residual = measured.residual(factors)
-        late = np.stack([_delay(peer, each, signal, factors) for signal in signals], axis=1)
+        late = np.stack([add_delay(peer.recorded, each, signal, factors) for signal in signals], axis=1)
         residuals.append(residual)
         parameters.append(np.stack([each.over_parameter(name, factors) if name in each.part.parameters
                                     else np.zeros_like(residual) for name in names], axis=1))
@@ -168,18 +167,6 @@ def _pose_rows(peer: Peer, factors: Mapping[str, float]) -> Rows:
         of.append(np.full(kept.shape[1], number))
     return Rows(peer.stack(residuals), peer.stack(parameters), peer.stack(clocks), np.concatenate(of),
                 np.concatenate(valid, axis=1))
-
-
-def _delay(peer: Peer, equation: Equation, signal: str, factors: Mapping[str, float]) -> Matrix:
-    """Return what a delay of a sensor by a sample adds to the residual of an equation (n, k)."""
-    if not (signal == equation.signal or identifier_of(signal) in equation.inputs):
-        return np.zeros_like(equation.measured)
-    if signal == equation.signal and equation.order == 1:
-        slope = equation.rate(factors) * equation.step
-        change = equation.differentiate(slope)
-        return equation.over_error(signal, -slope[:, None], factors, -change[:, None])[:, 0]
-    slope = equation.differentiate(read_variable(peer.recorded, equation, signal))
-    return equation.over_error(signal, -slope[:, None], factors)[:, 0]
 
 
 def _pose(recorded: Recorded, signals: Mapping[str, Matrix], delays: Mapping[str, float]) -> list[Equation]:
@@ -240,35 +227,12 @@ def _columns(peer: Peer, candidate: Candidate, factors: Mapping[str, float]) -> 
     parts = dict[int, Matrix]()
     for number, each in enumerate(peer.clean):
         if acts(candidate.quantity, each.part):
-            parts[number] = _add(peer, each, candidate, factors)
+            parts[number] = add_columns(peer.recorded, each, candidate, factors,
+                                        partial(hats, knots=_knots(peer, candidate)))
     if not any(np.abs(each).max() > 0 for each in parts.values()):
         return None
     zero = np.zeros_like(next(iter(parts.values())))
     return peer.stack([parts.get(number, zero) for number in range(len(peer.equations))])
-
-
-def _add(peer: Peer, equation: Equation, candidate: Candidate, factors: Mapping[str, float]) -> Matrix:
-    """Return what the functions of a candidate add to the residual of an equation (n, m, k)."""
-    quantity, shape = candidate.quantity, equation.measured.shape
-    knots = _knots(peer, candidate)
-
-    def evaluate(values: Matrix) -> Matrix:
-        return read_memory(candidate, values) if candidate.variable.kind in ("past", "lags") else hats(values, knots)
-
-    if candidate.pair[1] == CONSTANT:
-        basis, values = np.ones((shape[0], 1, shape[1])), None
-    else:
-        values = read_variable(peer.recorded, equation, name_variable(candidate))
-        values = np.broadcast_to(values if values.ndim == 2 else values[:, None], shape)
-        basis = evaluate(values)
-    if not quantity.name.endswith(SENSOR):
-        return np.asarray(equation.over_quantity(quantity.name, candidate.size, factors)[:, None] * basis)
-    change, signal = None, quantity.name.removesuffix(SENSOR)
-    if values is not None and equation.order == 1 and name_variable(candidate) == equation.signal == signal:
-        rate = equation.rate(factors) * equation.step
-        change = candidate.size * (read_memory(candidate, rate) if candidate.variable.kind == "lags" else 0.5 * (
-            evaluate(values + rate) - evaluate(values - rate)))
-    return equation.over_error(signal, candidate.size * basis, factors, change)
 
 
 def _knots(peer: Peer, candidate: Candidate) -> Matrix:
