@@ -76,6 +76,12 @@ class Equation:
         moved = [self.rate(factors, {identifier_of(name): step * size}) for step in (STEP, -STEP)]
         return (moved[0] - moved[1]) / (2 * STEP)
 
+    def over_delay(self, name: str) -> np.ndarray:
+        """Return what an input that comes later by a sample adds to measured less declared rate (n, k)."""
+        step = STEP * float(np.abs(self.inputs[name]).max())
+        moved = [self.rate({}, changes={name: np.full(self.measured.shape, sign * step)}) for sign in (1, -1)]
+        return np.asarray((moved[1] - moved[0]) / (2 * step) * self.differentiate(self.inputs[name]))
+
     def over_error(self, signal: str, error: np.ndarray, factors: Mapping[str, np.ndarray | float],
                    change: np.ndarray | None = None) -> np.ndarray:
         """Return what an error (n, m, k) of a sensor adds to measured less declared rate (n, m, k).

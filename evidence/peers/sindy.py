@@ -2,28 +2,29 @@
 
 The settings are those of its documentation for noisy measurements with control inputs: rates by smoothed finite
 differences (Savitzky and Golay), a model for the rate of each measured state, and terms as control inputs, which pass
-the same filter. The terms of the plain model, and delays of the sensors, are always present. Others are chosen by
-`FROLS` (forward regression, Billings 2013), as many as cross-validation over runs says: the fewest within a standard
-error of the best number. Sequentially thresholded least squares (`STLSQ`) keep some thirty terms in each case, because
-these are nearly combinations of each other, so that large coefficients cancel.
+the same filter; samples near corners of a command are left out. The terms of the plain model, and delays of its inputs,
+are always present. Others are chosen by `FROLS` (forward regression, Billings 2013), as many as cross-validation over
+runs says: the fewest within a standard error of the best number. Sequentially thresholded least squares (`STLSQ`) keep
+some thirty terms in each case, because these are nearly combinations of each other, so that large coefficients cancel.
 
 Terms are the derivatives of the declared rate with its parameters, and for each candidate of the engine that of the
 rate with the quantity, times polynomials of what it depends on up to the third degree, sine and cosine of one and two
-turns of an angle, or plays and lags. So a term that is chosen has a pair; of terms that are the same column, all pairs
-count. Errors of sensors are no terms of states and inputs: a rate whose noise is that of the rate that is explained
-would always be chosen. A term in the equation of a signal counts as an error of its sensor as well, over the same.
+turns of an angle. So a term that is chosen has a pair; of terms that are the same column, all pairs count. Errors of
+sensors are no functions of states and inputs, and neither is the past of a signal, which would always be chosen: it has
+less noise than the signal. A term in the equation of a signal counts as an error of its sensor as well, over the same.
 """
 
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import scipy
 
 from evidence.answer import Answer, LawOfPair, NamedPair, Pair
-from evidence.peers.equations import Equation, add_columns, add_delay, name_variable, pose, read_variable
+from evidence.peers.equations import Equation, add_columns, name_variable, pose, read_variable
 from slipstick.engine.laws import CONSTANT, GAIN, Candidate, acts, list_candidates
 from slipstick.engine.model import nominal_own_values
 from slipstick.engine.recordings import Recorded
@@ -32,6 +33,7 @@ from slipstick.machine.declaration import SENSOR
 
 _SAME = 0.9999  # least correlation of columns that count as the same
 _REPLACED = 1e-3  # part of a column that plain terms leave, below which they replace it
+_CORNER = 0.01  # least change of the slope of a command in a sample, over its range, that counts as a corner
 _POINTS = 41  # of a law
 
 
@@ -85,18 +87,21 @@ def answer_by_sindy(case: str, recorded: Recorded, settings: SettingsOfSindy | N
 def _answer(recorded: Recorded, equation: Equation, candidates: Sequence[Candidate],
             settings: SettingsOfSindy) -> list[tuple[NamedPair, LawOfPair | None]]:
     acting = [candidate for candidate in candidates if acts(candidate.quantity, equation.part)
-              and not candidate.quantity.name.endswith(SENSOR)]
+              and not candidate.quantity.name.endswith(SENSOR)
+              and candidate.variable.kind != "past"]
     rate = _differentiate(recorded, equation, settings)
     keep = np.zeros(rate.shape, bool)
     keep[:, settings.window:-settings.window:settings.every] = True
     keep &= scipy.ndimage.minimum_filter1d(equation.valid.astype(float), settings.window, axis=1) > 0.5
+    for profile in recorded.runs.commands.values():
+        keep &= ~_is_bent(profile.at(recorded.runs.time), settings.window)
     terms = _list_terms(recorded, equation, acting, keep, settings)
     path = _select(equation, rate, keep, terms, settings)
     rows = np.moveaxis(terms.columns, 1, 2)[keep]
     squares = np.mean((rate[keep] - path @ rows.T)**2, axis=1)
     gains = 0.5 * len(rows) * np.log(squares[:-1] / squares[1:])
     is_in = path[:, terms.plain:] != 0
-    entered = [np.flatnonzero(after & ~before) for before, after in zip(is_in[:-1], is_in[1:], strict=True)]
+    entered = [np.flatnonzero(after & ~before) for before, after in pairwise(is_in)]
     coefficients = path[-1]
     answers = list[tuple[NamedPair, LawOfPair | None]]()
     extra, owners = coefficients[terms.plain:], [pairs[0] for pairs in terms.pairs]
@@ -113,6 +118,13 @@ def _answer(recorded: Recorded, equation: Equation, candidates: Sequence[Candida
     return answers
 
 
+def _is_bent(command: np.ndarray, window: int) -> np.ndarray:
+    """Return whether a command (n, k) has a corner near a sample: there, smoothing is off."""
+    bend = np.abs(np.diff(command, n=2, axis=1, prepend=command[:, :1], append=command[:, -1:]))
+    corners = bend > _CORNER * np.ptp(command)
+    return scipy.ndimage.maximum_filter1d(corners.astype(float), 2 * window + 1, axis=1) > 0.5
+
+
 def _differentiate(recorded: Recorded, equation: Equation, settings: SettingsOfSindy) -> np.ndarray:
     """Return the rate (n, k) of the state of an equation, by PySINDy."""
     method = _pysindy().SmoothedFiniteDifference(
@@ -125,7 +137,7 @@ def _differentiate(recorded: Recorded, equation: Equation, settings: SettingsOfS
 
 def _curves(recorded: Recorded, equation: Equation, candidate: Candidate) -> Any:
     """Return functions (n, m, k) of what a candidate depends on (n, k)."""
-    if candidate.pair[1] == CONSTANT or candidate.variable.kind in ("past", "lags"):
+    if candidate.pair[1] == CONSTANT:
         return None
     if candidate.pair[1] == "angle":
         return lambda x: np.stack([turn(times * x) for times in (1, 2) for turn in (np.sin, np.cos)], axis=1)
@@ -142,7 +154,7 @@ def _list_terms(recorded: Recorded, equation: Equation, candidates: Sequence[Can
         return np.asarray(scipy.signal.savgol_filter(values, settings.window, settings.degree, axis=-1))
 
     columns = [smooth(equation.over_parameter(name, {})) for name in equation.part.parameters]
-    columns += [smooth(add_delay(recorded, equation, signal, {})) for signal in recorded.runs.signals]
+    columns += [smooth(equation.over_delay(name)) for name in equation.inputs]
     columns = [each for each in columns if np.abs(each).max() > 0]
     plain = _orthogonal([each[keep] for each in columns])
     columns, count = [columns[place] for place in plain], len(plain)
