@@ -117,17 +117,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
     chosen = parser.parse_args(arguments)
     seeds = range(chosen.seed, chosen.seed + chosen.cases)
     cases = [(OTHER_MACHINES, seed) for seed in seeds]
-    summaries = {method: summarise(list(answer_cases(method, cases))) for method in METHODS}
+    entries = {method: list(answer_cases(method, cases)) for method in METHODS}
     ratios = time_methods(seeds[-_TIMED:])
-    rows = [_row(method, f"seeds {seeds[0]} to {seeds[-1]}", summary, ratios[method])
-            for method, summary in summaries.items()]
+    rows = [_row(method, words, summarise([entry for entry in entries[method] if part in entry.truth.case]),
+                 f"{ratios[method]:.2f}" if words == "both" else "")
+            for words, part in (("both", "/"), ("tanks", "/two-tanks/"), ("motor", "/dc-motor/")) for method in METHODS]
     write_table(chosen.out, HEADER, [*rows, *(answer_emps(chosen.emps) if chosen.emps else ())])
     print(chosen.out.read_text())
 
 
-def _row(method: str, recordings: str, each: Summary, ratio: float) -> tuple[object, ...]:
+def _row(method: str, recordings: str, each: Summary, ratio: str) -> tuple[object, ...]:
     return (method, recordings, each.effects, each.right_first, each.in_answer, each.too_many, f"{each.names:.2g}",
-            each.nulls, each.alarms, each.laws, f"{each.law_error:.2f}", f"{each.seconds:.0f}", f"{ratio:.2f}",
+            each.nulls, each.alarms, each.laws, f"{each.law_error:.2f}", f"{each.seconds:.0f}", ratio,
             each.errors)
 
 

@@ -74,9 +74,9 @@ def answer_by_sindy(case: str, recorded: Recorded, settings: SettingsOfSindy | N
     candidates = list_candidates(recorded, own)
     signals = {name: np.asarray(value, float) for name, value in recorded.runs.signals.items()}
     equations = pose(recorded, signals, dict.fromkeys(signals, 0.0), lambda rows: np.gradient(rows, axis=-1))
-    found = [each for equation in equations for each in _answer(recorded, equation, candidates, settings)]
+    chosen = [each for equation in equations for each in _answer(recorded, equation, candidates, settings)]
     findings, laws = list[NamedPair](), dict[Pair, LawOfPair]()
-    for finding, law in sorted(found, key=lambda each: -each[0].nats):
+    for finding, law in sorted(chosen, key=lambda each: -each[0].nats):
         if finding.pair not in (each.pair for each in findings):
             findings.append(finding)
             if law is not None:
