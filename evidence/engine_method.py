@@ -26,10 +26,10 @@ _FLAT = "nothing", "constant", "line"
 
 def answer_by_engine(case: str, described: Path, recorded: Path, settings: EngineSettings | None = None) -> Answer:
     """Name what is missing: of another machine in all of it, of a clutch in the blocks that are declared."""
-    prepared = _prepare_machine(described, recorded) if described.name == "machine.json" else _prepare_clutch(
+    prepared = prepare_machine(described, recorded) if described.name == "machine.json" else _prepare_clutch(
         described, recorded)
     answer = identify(prepared, settings)
-    findings = tuple(NamedPair(_translate(finding.pair), tuple(_translate(rival) for rival in finding.rivals),
+    findings = tuple(NamedPair(translate(finding.pair), tuple(translate(rival) for rival in finding.rivals),
                                nats=round(finding.nats, 1)) for finding in answer.findings)
     laws = tuple(_state_law(measure(fit, finding.pair)) for finding in answer.findings for fit in answer.fits
                  if finding.pair in fit.laws)
@@ -59,7 +59,8 @@ def load_machine(name: str) -> Machine:
     return open_machine(MACHINES / f"{name.replace(' ', '_')}.py")
 
 
-def _prepare_machine(described: Path, recorded: Path) -> Recorded:
+def prepare_machine(described: Path, recorded: Path) -> Recorded:
+    """Return the recordings of another machine, with its nominal numbers."""
     content = json.loads(described.read_text())
     return prepare(load_machine(content["machine"]), read_runs(recorded), content["values"])
 
@@ -71,7 +72,7 @@ def _prepare_clutch(described: Path, recorded: Path) -> Recorded:
     return prepare(declare(bench), runs, values_of(bench))
 
 
-def _translate(pair: Pair) -> Pair:
+def translate(pair: Pair) -> Pair:
     """Return a pair of the engine in the words of the cases."""
     quantity, on = pair
     return quantity, "twist" if quantity == "stick torque" else "position" if on == "angle" else on
@@ -82,4 +83,4 @@ def _state_law(law: Law) -> LawOfPair | None:
     if law.kind in ("lags", "past") or len(law.x) < 2:
         return None
     x, change, std = ([float(f"{value:.6g}") for value in values] for values in (law.x, law.change, law.std))
-    return LawOfPair(_translate(law.pair), x, change, std, not law.unit, _FLAT[law.known_up_to])
+    return LawOfPair(translate(law.pair), x, change, std, not law.unit, _FLAT[law.known_up_to])

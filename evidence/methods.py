@@ -5,14 +5,19 @@ A new method, such as another version of the study, is one more entry of `METHOD
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from numba import set_num_threads
 
 from evidence.answer import Answer, LawOfPair, NamedPair
-from evidence.engine_method import answer_by_engine
+from evidence.engine_method import answer_by_engine, prepare_machine, translate
+from evidence.peers.residuals import answer_by_residuals
+from evidence.peers.sindy import answer_by_sindy
 from slipstick.bench import Bench
 from slipstick.clutch.effects import CATALOGUE, find
+from slipstick.engine.recordings import Recorded
 from slipstick.naming.answer import answer
 from slipstick.naming.measured import LawPoints
 from slipstick.naming.record import from_json
@@ -58,5 +63,15 @@ def _law(law: LawPoints) -> LawOfPair:
     return LawOfPair(law.pair, x, change, std, law.relative, law.up_to)
 
 
-METHODS: dict[str, Callable[[str, Path, Path], Answer]] = {"naming": answer_by_naming, "engine": answer_by_engine}
-"""Name of each method, and the function that answers."""
+def _answer_by_peer(answer_by: Callable[[str, Recorded], Answer], case: str, described: Path, recorded: Path) -> Answer:
+    """Answer another machine than the clutch by a peer of the engine, in the words of the cases."""
+    said = answer_by(case, prepare_machine(described, recorded))
+    findings = tuple(replace(each, pair=translate(each.pair), rivals=tuple(map(translate, each.rivals)))
+                     for each in said.findings)
+    return replace(said, findings=findings, laws=tuple(replace(law, pair=translate(law.pair)) for law in said.laws))
+
+
+METHODS: dict[str, Callable[[str, Path, Path], Answer]] = {
+    "naming": answer_by_naming, "engine": answer_by_engine,
+    "residuals": partial(_answer_by_peer, answer_by_residuals), "sindy": partial(_answer_by_peer, answer_by_sindy)}
+"""Name of each method, and the function that answers; the last two answer other machines than the clutch."""
