@@ -173,7 +173,7 @@ def test_recorded_runs_are_measurements(lag: Path) -> None:
     np.testing.assert_array_equal(
         measured.measured_time, evaluate_output(machine.outputs[0], runs.time, runs.signals)[reached])
     everywhere = measure_runs(runs, BlackBox.open(lag, "end"))
-    assert (len(everywhere), everywhere.description) == (4, "")
+    assert (len(everywhere), everywhere.description) == (4, runs.description)
     shifted = replace(runs, commands={"drive": Profile(
         runs.commands["drive"].time, runs.commands["drive"].value * 1.03)})  # a supply that is 3 % off
     assert measure_runs(shifted, file).conditions.digest == measured.conditions.digest
