@@ -15,6 +15,7 @@ from evidence.kept import read_count
 from evidence.methods import METHODS
 from evidence.picture import draw_rates
 from evidence.rates import Entry, compare_methods, rate
+from evidence.real import command
 from evidence.runner import WORK, answer_cases, read_answers, read_entries, write_case
 from evidence.suites import OTHER_MACHINES, SUITES
 from evidence.tables import print_comparison, print_rates, write_answers, write_rates
@@ -27,13 +28,18 @@ CASES = {"nothing_missing": 40, "one_known_effect": 80, "one_unknown_effect": 40
          OTHER_MACHINES: 40}
 """How many cases of each suite are answered by default: together up to an hour of two cores."""
 DEFAULT = "naming"
+REAL = "real"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Answer the cases, and return the exit status: 1 where a regression is worse than before."""
+    given = sys.argv[1:] if arguments is None else arguments
+    if given and given[0] == REAL:
+        return command.main(given[1:])
     parser = argparse.ArgumentParser(prog="python -m evidence", description=__doc__)
     parser.add_argument("suites", nargs="+", choices=[*SUITES, "all", OTHER_MACHINES, "regression"], metavar="SUITE",
-                        help=f"{', '.join(SUITES)}, all of them, {OTHER_MACHINES}, or the regression suite")
+                        help=f"{', '.join(SUITES)}, all of them, {OTHER_MACHINES}, or the regression suite; "
+                             f"`{REAL} --help` tells of real recordings")
     parser.add_argument("--seed", type=read_count, default=1,
                         help="seed of the first case (default: 1); those behind it have the following seeds")
     parser.add_argument("--cases", type=read_count, help="number of cases of each suite (default: "

@@ -1,15 +1,18 @@
-"""The parts of the documentation that follow from the tables: rates, and the formula of the confidence.
+"""The parts of the documentation that follow from the tables: rates, the formula of the confidence, real recordings.
 
     python -m evidence.pages
 
-writes them between the marks of docs/study.md, docs/naming.md and docs/engine.md; a test compares them.
+writes them between the marks of the pages in `PARTS`; a test compares them.
 """
 
 import re
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from evidence.rates import Rate
+from evidence.real.command import MACHINES
+from evidence.real.page import render_findings, render_values
 from evidence.suites import OTHER_MACHINES
 from evidence.tables import read_rates
 from slipstick.studies.confidence import coefficients
@@ -79,6 +82,8 @@ PARTS: dict[str, dict[str, Callable[[], str]]] = {
     "docs/study.md": {"rates": lambda: render_short_rates(read_rates(TABLE))},
     "docs/naming.md": {"rates": lambda: render_rates(_read(of_engine=False)), "confidence": render_confidence},
     "docs/engine.md": {"rates": lambda: render_rates(_read(of_engine=True))},
+    "evidence/real.md": {f"{name} {words}": partial(render, name) for name in MACHINES
+                         for words, render in (("findings", render_findings), ("values", render_values))},
 }
 """Page, and the name of each mark with what is written there."""
 
