@@ -29,7 +29,7 @@ def simulate(machine: Machine, time: np.ndarray, commands: Mapping[str, Profile]
     simulation does not have.
     """
     block = compose(machine).blocks[0]
-    system, count = system_of(block), len(next(iter(commands.values())).time) if commands else 1
+    system, count = system_of(block), _count_runs(commands, values)
     instants = np.linspace(time[0], time[-1], fine * (len(time) - 1) + 1)
     inputs = {identifier_of(name): profile.at(instants) for name, profile in commands.items() if name in block.reads}
     inputs.setdefault("time", np.broadcast_to(instants, (count, len(instants))))
@@ -79,6 +79,13 @@ def simulate_runs(machine: Machine, experiments: Experiments, values: Mapping[st
                    for name, signal in signals.items()}
     return Runs(experiments.time, signals, experiments.commands, experiments.conditions, {}, np.arange(float(count)),
                 units_of(machine), machine.name, "Simulated recordings of the machine as it is declared")
+
+
+def _count_runs(commands: Mapping[str, Profile], values: Mapping[str, float | np.ndarray]) -> int:
+    """Return the number of runs, of a machine without commands by its values."""
+    if commands:
+        return len(next(iter(commands.values())).time)
+    return max((np.size(value) for value in values.values()), default=1)
 
 
 def _value_of(machine: Machine, name: str, values: Mapping[str, float | np.ndarray]) -> float | np.ndarray:

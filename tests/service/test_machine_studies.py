@@ -9,9 +9,11 @@ import pytest
 
 from service.settings import Settings
 from slipstick.engine.simulation import simulate_runs
+from slipstick.errors import InvalidValue
 from slipstick.machine import Runs, list_experiments, open_machine, write_runs
 from slipstick.machine_studies import MachineFigures, MachineStudyResult
 from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineParameter
+from slipstick.storage.library import Library
 from slipstick.studies.finding import Coefficient, Law
 from tests.service.conftest import Serving, ServingJobs
 
@@ -75,11 +77,15 @@ def test_a_damaged_file_is_refused(serving: Serving, tmp_path: Path, runs: Runs,
         assert not list(tmp_path.glob("*.h5"))
 
 
-def test_runs_are_no_recordings_of_a_fit(serving: Serving, tmp_path: Path, runs: Runs) -> None:
+def test_runs_are_no_measured_outputs_and_are_deleted_like_other_recordings(serving: Serving, tmp_path: Path,
+                                                                            runs: Runs) -> None:
     (tmp_path / "runs.h5").write_bytes(write_runs(runs, MOTOR))
+    for read in (Library(tmp_path).measured, Library(tmp_path).recording):
+        with pytest.raises(InvalidValue, match="holds runs of the machine 'dc motor'"):
+            read("runs")
     with serving(Settings(tables=tmp_path)) as address, httpx.Client(base_url=address, timeout=60) as client:
-        answer = client.delete("/v1/recordings/runs")
-        assert answer.status_code == 204
+        assert client.delete("/v1/recordings/runs").status_code == 204
+    assert not (tmp_path / "runs.h5").exists()
 
 
 def test_a_result_has_its_laws_pictures_and_report(serving_jobs: ServingJobs, tmp_path: Path) -> None:

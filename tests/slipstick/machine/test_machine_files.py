@@ -10,8 +10,13 @@ import pytest
 from slipstick.engine.simulation import simulate_runs
 from slipstick.errors import BadMachine, BadRecording, InvalidValue, UnknownName
 from slipstick.machine import (
+    Block,
     Command,
+    Condition,
+    Machine,
     Output,
+    Quantity,
+    Sensor,
     evaluate_output,
     list_experiments,
     open_machine,
@@ -43,6 +48,15 @@ def test_experiments_combine_profiles_and_levels_and_scatter_only_with_a_seed() 
     bare, again = simulate_runs(machine, experiments), simulate_runs(machine, experiments)
     np.testing.assert_array_equal(bare.signals["speed"], again.signals["speed"])
     assert np.abs(simulate_runs(machine, experiments, seed=1).signals["speed"] - bare.signals["speed"]).max() > 1
+
+
+def test_a_machine_without_commands_has_an_experiment_for_each_level() -> None:
+    decay = Block("decay", gives="level", reads=("begin",), states=("level",), quantities=(Quantity("loss"),),
+                  rate_function=lambda x, u, q, p: -x.level - q.loss, start_function=lambda u, q, p: p.begin)
+    machine = Machine("decay", (decay,), (Sensor("level"),), conditions=(Condition("begin", levels=(1.0, 2.0, 3.0)),),
+                      duration=1.0, step=0.1)
+    runs = simulate_runs(machine, list_experiments(machine))
+    np.testing.assert_allclose(runs.signals["level"][:, -1], np.exp(-1) * np.array([1, 2, 3]), rtol=1e-6)
 
 
 @pytest.mark.parametrize(("change", "cause"), [
