@@ -7,7 +7,9 @@ from pathlib import Path
 from slipstick.bench import Bench
 from slipstick.bench.conditions import Conditions
 from slipstick.clutch.model import Model
+from slipstick.errors import InvalidValue
 from slipstick.interface.models import model_of
+from slipstick.machine import holds_runs
 from slipstick.recordings import Recordings, open_conditions
 from slipstick.storage.shipped import file_of
 
@@ -62,4 +64,6 @@ def open_simulated(arguments: argparse.Namespace) -> tuple[Bench, Model, Conditi
 
 def open_recordings(bench: Bench, path: Path, signals: Path | None = None) -> Recordings:
     """Recordings of the bench; a CSV numbers the current profiles of the bench."""
+    if path.is_file() and holds_runs(path):
+        raise InvalidValue(f"'{path.name}' has runs of a declared machine", "Give its file as --machine FILE.py")
     return Recordings.open(path, signals, bench.profiles)

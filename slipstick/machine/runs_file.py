@@ -45,6 +45,9 @@ def write_runs(runs: Runs, machine: Machine | None = None) -> bytes:
 def read_runs(content: Path | bytes) -> Runs:
     """Read an HDF5 file that `write_runs` wrote; raises `BadRecording`."""
     with reading(content, BadRecording, _LARGEST) as source:
+        if not source.has_attribute("", MARK):
+            raise BadRecording("The file has no runs of a declared machine",
+                               "Make them by `slipstick import --machine FILE.py`; recordings of a clutch need a bench")
         time = source.array("time", "f", (None,), "s")
         if len(time) < 3 or not (np.diff(time) > 0).all():
             raise BadRecording("The instants of the samples do not rise, or there are fewer than three",

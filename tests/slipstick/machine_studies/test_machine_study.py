@@ -128,6 +128,10 @@ def test_commands_do_the_same(folder: Path, tmp_path: Path, capsys: pytest.Captu
     assert "fan lag" in capsys.readouterr().out
     assert main(["study", runs, "--machine", machine, "--extended", "x.json"]) == 1
     assert "is about a bench" in capsys.readouterr().err
+    assert main(["study", runs, "--bench", "heavy"]) == 1
+    assert "has runs of a declared machine. Give its file as --machine" in capsys.readouterr().err
+    assert main(["study", str(FOLDER / "sample.h5"), "--machine", machine]) == 1
+    assert "has no runs of a declared machine" in capsys.readouterr().err
 
 
 def test_the_worker_studies_runs_of_the_library_and_its_output_makes_the_report(folder: Path) -> None:
