@@ -6,7 +6,7 @@ FOLDER has one folder for each machine, as its module says. The recordings are n
 
     read(folder) -> dict[str, Recorded]            the recordings by variant: of a kind, or with another declaration
     compare(variant, answer) -> Iterator[Row]      values beside those that are published
-    draw(answers) -> bytes                         the picture of the page, as SVG, from the answers by variant
+    draw(answers) -> bytes                         picture of the page, as SVG, from the answers by variant; optional
 """
 
 from collections.abc import Iterator, Mapping

@@ -15,7 +15,7 @@ from slipstick.engine.selection import Identification, identify
 TABLE = Path(__file__).parents[1] / "real.csv"
 PICTURES = Path(__file__).parent
 HEADER = "machine", "variant", "what", "value", "standard error", "unit", "published"
-MACHINES = "emps", "pneumatic_seals"
+MACHINES = "emps", "pneumatic_seals", "shaft_with_disturbances"
 """The modules, which are also the names of the folders."""
 
 
@@ -40,7 +40,8 @@ def answer_machine(name: str, folder: Path) -> None:
         rows += [[variant, each.what, f"{each.value:.4g}", _write(each.error, 2), each.unit, _write(each.published, 4)]
                  for each in (*describe(answers[variant]), *module.compare(variant, answers[variant]))]
     replace_rows(TABLE, HEADER, name, rows)
-    (PICTURES / f"{name}.svg").write_bytes(module.draw(answers))
+    if hasattr(module, "draw"):
+        (PICTURES / f"{name}.svg").write_bytes(module.draw(answers))
 
 
 def load(name: str) -> ModuleType:

@@ -144,11 +144,12 @@ def test_a_machine_that_there_is_not_is_refused(tmp_path: Path, capsys: pytest.C
 
 
 @pytest.mark.parametrize("name", command.MACHINES)
-def test_each_machine_has_rows_and_a_picture_and_is_short(name: str) -> None:
+def test_each_machine_has_rows_the_picture_that_it_draws_and_is_short(name: str) -> None:
     with command.TABLE.open() as file:
         rows = [row for row in csv.DictReader(file) if row["machine"] == name]
     assert all(int(row["value"]) >= FEWEST for row in rows if row["what"] == "candidates")
     assert rows
-    assert (command.PICTURES / f"{name}.svg").exists()
-    assert f"real/{name}.svg" in (pages.ROOT / "evidence" / "real.md").read_text()
+    if hasattr(command.load(name), "draw"):
+        assert (command.PICTURES / f"{name}.svg").exists()
+        assert f"real/{name}.svg" in (pages.ROOT / "evidence" / "real.md").read_text()
     assert len((command.PICTURES / f"{name}.py").read_text().splitlines()) <= 120
