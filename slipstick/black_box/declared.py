@@ -25,8 +25,6 @@ from slipstick.machine import (
 from slipstick.machine.declaration import identifier_of
 from slipstick.machine.digest import digest
 
-_FINE = 4
-"""Steps of the integration between two samples."""
 _MOST_INSTANTS = 1_000_000
 """Instants of all runs of one call: a quarter of a gigabyte."""
 _RANGE = 0.5, 1.5
@@ -61,7 +59,9 @@ class Declared:
     @property
     def most_runs(self) -> int:
         """Runs of one call."""
-        return max(1, int(_MOST_INSTANTS * self.machine.step / self.machine.duration / _FINE))
+        from slipstick.engine.simulation import FINE  # with numba, which a description does not need
+
+        return max(1, int(_MOST_INSTANTS * self.machine.step / self.machine.duration / FINE))
 
     def run(self, inputs: Mapping[str, float], cases: Cases) -> list[float | NoResult]:
         """The output under each of the n conditions, NaN where there is none."""
@@ -80,7 +80,7 @@ class Declared:
 
     def _simulate(self, inputs: Mapping[str, np.ndarray], cases: Cases) -> np.ndarray:
         """Outputs (m n,) of one call."""
-        from slipstick.engine.simulation import simulate  # with numba, which a description does not need
+        from slipstick.engine.simulation import simulate  # with numba
 
         machine, n = self.machine, len(cases)
         count = len(next(iter(inputs.values())))
@@ -93,7 +93,7 @@ class Declared:
         time = list_experiments(machine).time
         try:
             with np.errstate(all="ignore"):
-                signals = simulate(machine, time, commands, values, fine=_FINE)
+                signals = simulate(machine, time, commands, values)
                 return evaluate_output(self.declared_output, time, signals)
         except InvalidValue:
             raise
@@ -114,7 +114,7 @@ def profile_column(command: str) -> str:
 
 def list_factors(machine: Machine) -> list[Parameter]:
     """The parameters that are factors; raises `InvalidValue` for one without a nominal value."""
-    factors = [each for each in machine.parameters if each.scale is None and each.first_of is None and each.value != 0]
+    factors = [each for each in machine.parameters if each.is_factor(1.0 if each.value is None else each.value)]
     for each in factors:
         if each.value is None:
             raise InvalidValue(f"The parameter '{each.name}' of the machine '{machine.name}' has no nominal value",

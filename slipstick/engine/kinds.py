@@ -14,6 +14,7 @@ from slipstick.engine.bases import DELAYS, TIMES, WIDTHS, flat_forms
 from slipstick.engine.fit import Fit
 from slipstick.engine.laws import Candidate
 from slipstick.engine.linear_model import estimate, restricted_likelihood
+from slipstick.engine.measured_law import DEVIATIONS
 from slipstick.engine.priors import Prior
 from slipstick.engine.recordings import Pair
 from slipstick.machine.kinds import MEMORIES, Kind
@@ -27,8 +28,6 @@ _FLAT = 1e-6
 _COMPARED, _CLOSER, _UNLIKELY = 21, 4, 8.0
 """Shapes that are compared at a time, most times that their range is narrowed, and the nats by which one that is out of
 the question is behind the best."""
-_DEVIATIONS = 1.96
-"""Standard deviations on either side within which 95 % of a normal variable are."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +79,7 @@ def find_kind(fit: Fit, pair: Pair) -> KindOfLaw | None:
     def average(name: str, values: list[float], variances: list[float], unit: str) -> Coefficient:
         """Return a coefficient over all shapes, each with its share (total variance)."""
         mean = float(share @ values)
-        error = _DEVIATIONS * float(np.sqrt(share @ (np.array(variances) + (np.array(values) - mean) ** 2)))
+        error = DEVIATIONS * float(np.sqrt(share @ (np.array(variances) + (np.array(values) - mean) ** 2)))
         return Coefficient(name, mean, mean - error, mean + error, unit)
 
     best = forms[0].form

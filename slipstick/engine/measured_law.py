@@ -8,6 +8,9 @@ from slipstick.engine.bases import Kind, Variable
 from slipstick.engine.fit import Fit
 from slipstick.engine.recordings import Pair
 
+DEVIATIONS = 1.96
+"""Standard deviations on either side within which 95 % of a normal variable are."""
+
 
 @dataclass(frozen=True, eq=False)
 class Law:

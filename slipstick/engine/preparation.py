@@ -210,8 +210,8 @@ def _list_terms(machine: Machine, runs: Runs, parts: tuple[Part, ...],
         nominal = next(part.parameters[place] for part in parts if place in part.parameters)
         size = parameter.scale or float(np.abs(nominal).mean()) or 1.0
         within = parameter.within if np.isfinite(parameter.within) else _LOOSE
-        is_factor = parameter.scale is None and parameter.first_of is None and bool(nominal.all())
-        term = Term(parameter.name, "parameter", place, size, ones, within, parameter.scatter, is_factor=is_factor)
+        term = Term(parameter.name, "parameter", place, size, ones, within, parameter.scatter,
+                    is_factor=parameter.is_factor(nominal))
         (random if parameter.scatter > 0 else shared).append(term)
     for condition in machine.conditions:
         if condition.name not in read:

@@ -70,8 +70,8 @@ def simulate_runs(machine: Machine, experiments: Experiments, values: Mapping[st
         if each.scatter > 0 and each.name in values:
             change = each.scatter / 2 * random.standard_normal(count)
             nominal = values[each.name]
-            is_factor = each.scale is None and each.first_of is None and nominal != 0
-            drawn[each.name] = nominal * np.exp(change) if is_factor else nominal + (each.scale or 1.0) * change
+            drawn[each.name] = (nominal * np.exp(change) if each.is_factor(nominal)
+                                else nominal + (each.scale or 1.0) * change)
     signals = simulate(machine, experiments.time, experiments.commands, drawn, laws, fine)
     if seed is not None:
         noise = {each.signal: each.noise for each in machine.sensors}

@@ -8,15 +8,13 @@ import numpy as np
 from slipstick.engine.bases import flat_forms
 from slipstick.engine.kinds import KindOfLaw
 from slipstick.engine.laws import CURVE, GAIN, PAST
-from slipstick.engine.measured_law import Law
+from slipstick.engine.measured_law import DEVIATIONS, Law
 from slipstick.errors import InvalidValue
 from slipstick.law_files.equation import describe_value
 from slipstick.law_files.table import LawTable
 from slipstick.machine.declaration import SENSOR
 from slipstick.machine.kinds import TERMS
 
-_DEVIATIONS = 1.96
-"""Standard deviations on either side within which 95 % of a normal variable are."""
 _KNOWN_UP_TO: tuple[Literal["nothing", "constant", "line"], ...] = ("nothing", "constant", "line")
 
 
@@ -33,7 +31,7 @@ def tabulate(law: Law, kind: KindOfLaw | None = None) -> LawTable:
     if not has_points(law):
         raise InvalidValue(f"The {law.pair[1]} of the {law.pair[0]} has no points",
                            "Read its coefficients from its kind, or its weights from `change`")
-    margin = _DEVIATIONS * law.std
+    margin = DEVIATIONS * law.std
     lower, upper = law.change - margin, law.change + margin
     return LawTable(law.pair[0], _name_variable(law), law.x.tolist(), law.on_unit, law.change.tolist(), law.unit,
                     law.relative, lower.tolist(), upper.tolist(), "95 % interval at each point",

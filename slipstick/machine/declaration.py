@@ -70,6 +70,10 @@ class Parameter:
     scale: float | None = None
     first_of: str | None = None
 
+    def is_factor(self, nominal: float | np.ndarray) -> bool:
+        """Return whether changes multiply a nominal value, which may differ between runs."""
+        return self.scale is None and self.first_of is None and bool(np.all(nominal))
+
 
 @dataclass(frozen=True)
 class Quantity:

@@ -8,6 +8,7 @@ import numpy as np
 
 from slipstick.engine.fit import Fit, join
 from slipstick.engine.kinds import KindOfLaw
+from slipstick.engine.measured_law import DEVIATIONS
 from slipstick.engine.measured_law import Law as EngineLaw
 from slipstick.engine.selection import Finding
 from slipstick.engine.settings import EngineSettings
@@ -38,8 +39,6 @@ from slipstick.machine_studies.words import answer, name_finding
 from slipstick.studies.finding import Coefficient, Law
 from slipstick.time_budget import Partial
 
-_DEVIATIONS = 1.96
-"""Standard errors on either side of a 95 % interval."""
 _SHOWN, _POINTS = 3, 400
 """Runs that are shown, and the points of a curve: more than a picture resolves."""
 
@@ -150,7 +149,7 @@ def law_table(finding: MachineFinding) -> LawTable:
 
 def _state_parameter(estimate: ParameterEstimate, machine: Machine) -> MachineParameter:
     unit = next(each.unit for each in machine.parameters if each.name == estimate.name)
-    half = _DEVIATIONS * estimate.error
+    half = DEVIATIONS * estimate.error
     return MachineParameter(estimate.name, unit, estimate.mean, estimate.mean - half, estimate.mean + half,
                             estimate.scatter, estimate.known, estimate.beyond)
 
