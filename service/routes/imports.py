@@ -13,7 +13,7 @@ from slipstick.acquisition.archive import MAPPING, import_archive
 from ..bodies import JsonRoute, require_media_type
 from ..computations import reads_upload
 from ..error_responses import error_responses
-from ..routes.recordings import RecordingsDescription, RunsDescription, store
+from ..routes.recordings import RecordingsDescription, store
 from ..schemas import LibraryDependency
 
 router = APIRouter(prefix="/v1/recordings", tags=["recordings"], route_class=JsonRoute)
@@ -60,7 +60,7 @@ class SetAsideEngagement(BaseModel):
 class ImportDescription(BaseModel):
     """Imported recordings, and what must be known about them."""
 
-    recordings: RecordingsDescription | RunsDescription = Field(description="The recordings, as stored.")
+    recordings: RecordingsDescription = Field(description="The recordings, as stored.")
     engagements: list[str] = Field(description="File, and number in it, of each engagement of the recordings.")
     computed: bool = Field(description="Whether the shifting times were computed from the speeds.")
     set_aside: list[SetAsideEngagement] = Field(description="Engagements that cannot be used, with the reasons.")
@@ -101,8 +101,10 @@ def import_recordings(name: ImportName, bench: ImportBench, archive: Annotated[b
     """
     library.bench(bench)  # refuses an unknown bench before the archive is read
     content, report = import_archive(archive, library.folder / f"{bench}.toml")
+    stored = store(library, response, name, content, "h5")
+    assert isinstance(stored, RecordingsDescription)  # a mapping of a bench imports no runs of a machine
     return ImportDescription(
-        recordings=store(library, response, name, content, "h5"), engagements=list(report.engagements),
+        recordings=stored, engagements=list(report.engagements),
         computed=report.computed,
         set_aside=[SetAsideEngagement(engagement=entry.label, reason=entry.reason) for entry in report.set_aside],
         remarks=list(report.remarks), doubts=list(report.doubts), open_questions=list(report.open_questions))

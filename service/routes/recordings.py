@@ -7,8 +7,7 @@ from pydantic import BaseModel, Field
 
 from slipstick.black_box import Measurements
 from slipstick.errors import InvalidValue, SlipstickError
-from slipstick.machine import Runs, holds_runs
-from slipstick.machine.runs_file import read_untrusted_runs
+from slipstick.machine import Runs
 from slipstick.recordings import Form, Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.storage.library import Library
@@ -190,21 +189,13 @@ def store(library: Library, response: Response, name: str, content: bytes, form:
     if table is not None and (form != "csv" or bench is not None):
         raise InvalidValue("Measurements of another machine are a CSV file without a bench",
                            "Send text/csv with either `bench` or `table`")
-    is_runs = form == "h5" and holds_runs(content)
     stored: Recordings | Measurements | Runs
     try:
-        if is_runs:
-            stored = library.add_runs(name, content)
-        else:
-            stored = (library.add_recordings(name, content, form, bench) if table is None else
-                      library.add_measurements(name, content, table))
+        stored = (library.add_recordings(name, content, form, bench) if table is None else
+                  library.add_measurements(name, content, table))
     except FileExistsError:
-        same: Recordings | Measurements | Runs
-        if is_runs:
-            same = read_untrusted_runs(content)
-        else:
-            same = (library.read_recordings(content, form, bench) if table is None else
-                    library.read_measurements(content, table))
+        same = (library.read_recordings(content, form, bench) if table is None else
+                library.read_measurements(content, table))
         if name not in library.recordings() or library.recorded(name).digest != same.digest:
             raise Conflict(f"A different file named '{name}' already exists", "Choose another name") from None
         stored, response.status_code = library.recorded(name), 200

@@ -79,10 +79,23 @@ def read_runs(content: Path | bytes) -> Runs:
     return runs
 
 
-def read_untrusted_runs(content: bytes) -> Runs:
-    """Read the bytes of an untrusted file, first in a limited child process; raises `BadRecording`."""
-    require_readable(content, f"{__name__}:{read_runs.__name__}", BadRecording)
-    return read_runs(content)
+def read_untrusted_runs(content: bytes) -> Runs | None:
+    """Read the bytes of an untrusted file, first in a limited child process; None for a file of something else.
+
+    Raises `BadRecording`.
+    """
+    if MARK.encode() not in content:  # which spares other files the child process
+        return None
+    is_checked = require_readable(content, f"{__name__}:{check_runs.__name__}", BadRecording)
+    return read_runs(content) if is_checked else None
+
+
+def check_runs(content: bytes) -> bytes:
+    """Read runs in a child process; empty for a file of something else, or of nothing that HDF5 can open."""
+    if not holds_runs(content):
+        return b""
+    read_runs(content)
+    return MARK.encode()
 
 
 def holds_runs(content: Path | bytes) -> bool:

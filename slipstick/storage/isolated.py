@@ -11,12 +11,12 @@ from slipstick.storage import children
 _MEMORY = 4 << 30  # bytes of address space, most of it never used
 
 
-def require_readable(content: bytes, reader: str, error: type[SlipstickError], seconds: int = 10) -> None:
-    """Read the bytes of a file with `reader`, "module:function", in a child process.
+def require_readable(content: bytes, reader: str, error: type[SlipstickError], seconds: int = 10) -> bytes:
+    """Read the bytes of a file with `reader`, "module:function", in a child process, and return what `isolated` does.
 
     Raises `error` if the reader raises it, crashes, or takes more than `seconds` of processor time.
     """
-    isolated(content, reader, error, seconds, "The HDF5 library hangs or crashes while reading the file")
+    return isolated(content, reader, error, seconds, "The HDF5 library hangs or crashes while reading the file")
 
 
 def isolated(content: bytes, function: str, error: type[SlipstickError], seconds: int, failure: str) -> bytes:

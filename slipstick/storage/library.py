@@ -169,11 +169,12 @@ class Library:
             return False
         return True
 
-    def add_recordings(self, name: str, content: bytes, form: Form, bench: str | None = None) -> Recordings:
+    def add_recordings(self, name: str, content: bytes, form: Form, bench: str | None = None) -> Recordings | Runs:
         """Check the bytes of a recordings file and store them atomically as `name`, a CSV as HDF5.
 
-        A CSV numbers the current profiles of the `bench`. Raises `BadRecording`, `UnknownName`, `LimitExceeded`,
-        `InvalidValue` if the name is invalid, and `FileExistsError` if it is taken.
+        An HDF5 file may have runs of a declared machine. A CSV numbers the current profiles of the `bench`. Raises
+        `BadRecording`, `UnknownName`, `LimitExceeded`, `InvalidValue` if the name is invalid, and `FileExistsError` if
+        it is taken.
         """
         _require_name(name)
         if form == "csv" and self.most_engagements is not None:
@@ -187,18 +188,7 @@ class Library:
         if form == "h5" and MARK in marks(io.BytesIO(content)):
             raise BadRecording(f"The file has an attribute '{MARK}', which marks measurements of another machine",
                                "Remove this attribute, or upload the measurements as CSV")
-        self._store(name, content if form == "h5" else checked.to_bytes(), "h5")
-        return checked
-
-    def add_runs(self, name: str, content: bytes) -> Runs:
-        """Check the bytes of a file of runs of a declared machine, and store them atomically as `name`.
-
-        Raises what `add_recordings` raises.
-        """
-        _require_name(name)
-        checked = read_untrusted_runs(content)
-        self._require_engagements(len(checked))
-        self._store(name, content, "h5")
+        self._store(name, content if isinstance(checked, Runs) or form == "h5" else checked.to_bytes(), "h5")
         return checked
 
     def add_measurements(self, name: str, content: bytes, table: str) -> Measurements:
@@ -219,8 +209,10 @@ class Library:
             raise InvalidValue(f"The table '{table}' is one of a clutch", "Name the bench of the recordings instead")
         return Measurements.read_csv(content, machine)
 
-    def read_recordings(self, content: bytes, form: Form, bench: str | None = None) -> Recordings:
+    def read_recordings(self, content: bytes, form: Form, bench: str | None = None) -> Recordings | Runs:
         """Check the bytes of a recordings file; raises `BadRecording`, `UnknownName`."""
+        if form == "h5" and (runs := read_untrusted_runs(content)) is not None:
+            return runs
         return Recordings.read(content, form, profiles=None if bench is None else self.bench(bench).profiles)
 
     def remove_table(self, name: str) -> None:

@@ -14,7 +14,7 @@ from slipstick.bench import Bench
 from slipstick.black_box import Measurements, is_black_box
 from slipstick.black_box.measurements import MARK
 from slipstick.errors import SlipstickError
-from slipstick.machine import Runs, holds_runs
+from slipstick.machine import Runs, read_runs
 from slipstick.machine.runs_file import MARK as RUNS_MARK
 from slipstick.recordings import Recordings
 from slipstick.table import Table
@@ -69,12 +69,6 @@ def _is_table(version: Version) -> bool:
         return True  # unreadable: opening it as a table reports the error of the HDF5 library
 
 
-def _holds_measurements(version: Version) -> bool:
-    with suppress(OSError):
-        return MARK in marks(version[0])
-    return False
-
-
 def marks(file: Path | io.BytesIO) -> set[str]:
     """The attributes of a file by which it is no recordings of a clutch."""
     with h5py.File(file, "r") as opened:
@@ -107,9 +101,12 @@ def _open_verified(version: Version) -> Table:
 @lru_cache(maxsize=16)
 def open_recordings(version: Version) -> Recordings | Measurements | Runs:
     """Read and check recordings of a clutch, or measurements or runs of another machine; raises `BadRecording`."""
-    if holds_runs(version[0]):
-        return Runs.open(version[0])
-    return Measurements.read(version[0]) if _holds_measurements(version) else Recordings.open(version[0])
+    marked = set[str]()
+    with suppress(OSError):  # opening it as recordings reports the error of the HDF5 library
+        marked = marks(version[0])
+    if RUNS_MARK in marked:
+        return read_runs(version[0])
+    return Measurements.read(version[0]) if MARK in marked else Recordings.open(version[0])
 
 
 @lru_cache(maxsize=16)
