@@ -11,14 +11,14 @@ from slipstick.clutch.ensemble import STATUS
 from slipstick.errors import InvalidValue
 from slipstick.interface.files import write
 from slipstick.pictures.rendering import render
+from slipstick.pictures.theme import Spec
 from slipstick.plausibility import Finding, Inspection, inspect
 from slipstick.plausibility.picture import picture
 
 from .bench_option import bench_file
 from .program import command_line
 
-FORMS: dict[str, Literal["svg", "png"]] = {".svg": "svg", ".png": "png"}
-"""Suffix of a picture -> its form."""
+_FORMS: dict[str, Literal["svg", "png"]] = {".svg": "svg", ".png": "png"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -54,16 +54,28 @@ def write_template(path: Path, content: bytes) -> None:
         raise InvalidValue(f"'{path}' already exists", "Choose another name, or remove the file") from None
 
 
+def picture_file(out: Path | None, beside: Path) -> Path | None:
+    """The picture to write, if any: by default an SVG of the name of another file; raises `InvalidValue`."""
+    if out is None:
+        return None
+    out = beside.with_suffix(".svg") if out == Path() else out
+    if out.suffix not in _FORMS:
+        raise InvalidValue(f"'{out}' is neither .svg nor .png", "Give a file name that ends with .svg or .png")
+    return out
+
+
+def write_picture(out: Path, spec: Spec) -> None:
+    """Write a picture in the form that its suffix names."""
+    write(out, render(spec, _FORMS[out.suffix]))
+
+
 def _check(path: Path, out: Path | None) -> int:
-    if out is not None:
-        out = path.with_suffix(".svg") if out == Path() else out
-        if out.suffix not in FORMS:
-            raise InvalidValue(f"'{out}' is neither .svg nor .png", "Give a file name that ends with .svg or .png")
+    out = picture_file(out, path)
     inspection = inspect(Bench.open(path))
     print(report(inspection))
     if out is not None:
         condition = inspection.behaviour.nearest_to(0.5)
-        write(out, render(picture(inspection.bench, condition), FORMS[out.suffix]))
+        write_picture(out, picture(inspection.bench, condition))
         print(f"Wrote {out}: condition {condition}")
     return 0 if inspection.behaviour.locked.any() else 1
 

@@ -31,6 +31,13 @@ def add_machine_argument(parser: argparse.ArgumentParser) -> None:
                              "name of a shipped one, such as dc_motor; it is run")
 
 
+def refuse_bench_options(arguments: argparse.Namespace, *names: str) -> None:
+    """Raise `InvalidValue` for options that are given beside a declared machine, and are about a bench."""
+    for name in names:
+        if getattr(arguments, name):
+            raise InvalidValue(f"--{name} is about a bench, not about a declared machine", "Leave it out")
+
+
 def bench_file(text: str) -> Path:
     """The file that the option names: at this path, or for a name in the folder of tables, or a shipped one."""
     path = Path(text)

@@ -6,14 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from slipstick.errors import InvalidValue
-from slipstick.interface.files import write
 from slipstick.machine import Machine
 from slipstick.pictures.machine import draw_machine
-from slipstick.pictures.rendering import render
 from slipstick.plausibility.machine import MachineInspection, inspect_machine
 from slipstick.storage.shipped import file_of
 
-from .bench import FORMS, list_findings, write_template
+from .bench import list_findings, picture_file, write_picture, write_template
 from .program import command_line
 
 TEMPLATE = "heated_plate"
@@ -47,14 +45,11 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check(path: Path, out: Path | None) -> int:
-    if out is not None:
-        out = Path(path.name).with_suffix(".svg") if out == Path() else out
-        if out.suffix not in FORMS:
-            raise InvalidValue(f"'{out}' is neither .svg nor .png", "Give a file name that ends with .svg or .png")
+    out = picture_file(out, Path(path.name))
     inspection = inspect_machine(Machine.open(path))
     print(report(inspection))
     if out is not None:
-        write(out, render(draw_machine(inspection.machine, inspection.runs), FORMS[out.suffix]))
+        write_picture(out, draw_machine(inspection.machine, inspection.runs))
         print(f"Wrote {out}")
     print("See what a study would say of simulated runs: "
           + command_line("simulate", "--machine", path, "--runs", "54", "--out", "runs.h5"))

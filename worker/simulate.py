@@ -10,7 +10,7 @@ from slipstick.machine import Machine, Runs, holds_runs
 from slipstick.recordings import Recordings
 from slipstick.recordings.simulated import SIMULATED
 
-from .bench_option import add_machine_argument, add_simulated_arguments, open_simulated
+from .bench_option import add_machine_argument, add_simulated_arguments, open_simulated, refuse_bench_options
 from .program import command_line
 
 
@@ -54,9 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _simulate_machine(arguments: argparse.Namespace) -> int:
     """Simulate the experiments that a machine declares."""
-    for name in ("effect", "model", "conditions", "engagements"):
-        if getattr(arguments, name):
-            raise InvalidValue(f"--{name} is about a bench, not about a declared machine", "Leave it out")
+    refuse_bench_options(arguments, "effect", "model", "conditions", "engagements")
     machine = Machine.open(arguments.machine)
     runs = simulate(machine, runs=arguments.runs, seed=arguments.seed)
     runs.save(arguments.out)

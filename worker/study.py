@@ -14,7 +14,7 @@ from slipstick.machine import Machine, Runs
 from slipstick.studies import StudySettings
 from slipstick.time_budget import TimeBudgetEnded
 
-from .bench_option import add_bench_argument, add_machine_argument, open_recordings
+from .bench_option import add_bench_argument, add_machine_argument, open_recordings, refuse_bench_options
 from .orders import add_time_budget_argument
 from .program import command_line
 from .study_text import machine_study_text, study_text
@@ -78,9 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _study_machine(arguments: argparse.Namespace) -> int:
     """Study the runs of a declared machine, and do the same with the result."""
-    for name in ("signals", "extended"):
-        if getattr(arguments, name) is not None:
-            raise InvalidValue(f"--{name} is about a bench, not about a declared machine", "Leave it out")
+    refuse_bench_options(arguments, "signals", "extended")
     settings = read_json(arguments.settings) if arguments.settings else {}
     with ProgressLine(log=True) as line:
         output = study(Machine.open(arguments.machine), Runs.open(arguments.recordings), settings=settings,

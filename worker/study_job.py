@@ -4,7 +4,6 @@ When the time budget ends, the step that runs is stopped, and what was named by 
 """
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from dbos import DBOS, WorkflowSerializationFormat
@@ -17,10 +16,10 @@ from .jobs import Computers, compute
 from .orders import Checkpoint, Order, time_left, with_time
 
 
-def register(computers: Computers, machines: Mapping[str, Path]) -> None:
+def register(computers: Computers, machines: Mapping[str, str]) -> None:
     """Register the DBOS workflow `study`, before `DBOS.launch`.
 
-    `machines` are the files of the declared machines that the worker was given, by name: the service names none.
+    `machines` are the paths of the declared machines that the worker was given, by name: the service names none.
     """
 
     @DBOS.step(name="study.machine")
@@ -29,7 +28,7 @@ def register(computers: Computers, machines: Mapping[str, Path]) -> None:
             raise InvalidValue(f"This worker has no machine '{order['machine']}'",
                                "Start it with `work --machine FILE.py`, the file that declares the machine")
         try:
-            return compute(computers, study_steps.study_declared, str(machines[order["machine"]]), order,
+            return compute(computers, study_steps.study_declared, machines[order["machine"]], order,
                            seconds=time_left(order, {}))
         except TimeEnded as ended:
             return study_steps.end_declared(order, ended.kept, ended.seconds)

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from slipstick import interruption
 from slipstick.black_box import BlackBox
+from slipstick.black_box.declared import Declared
 from slipstick.errors import InvalidValue
-from slipstick.machine import Machine, is_declared
 
 from .bench_option import library_folder
 from .computing import Computer
@@ -64,7 +64,8 @@ def run(arguments: argparse.Namespace) -> int:
                            "Give that of the service as --tables, or in SLIPSTICK_TABLES")
     files = [file for path in arguments.machine for file in BlackBox.open_all(path)]
     simulators = Simulators({file.description.digest: file for file in files}, arguments.dask)
-    declared = {Machine.open(path).name: path for path in arguments.machine if is_declared(path)}
+    declared = {file.simulator.machine.name: file.simulator.path for file in files
+                if isinstance(file.simulator, Declared)}
     stops = {signal.SIGTERM, signal.SIGINT}
     resource_tracker.ensure_running()  # before the next lines: when it starts, it unblocks these signals
     # Blocked before other threads start: they inherit the mask, so that only `sigwait` below receives the signals.

@@ -1,9 +1,11 @@
 """Files of results: written whole, or not at all."""
 
 import datetime
+from collections.abc import Iterable
 from pathlib import Path
 
 from slipstick.errors import InvalidValue
+from slipstick.law_files import FORMATS, LawTable, write_law
 from slipstick.pictures.rendering import require_renderer
 from slipstick.storage.files import replacing
 
@@ -15,6 +17,12 @@ def write(path: Path | str, content: bytes) -> Path:
     with replacing(path) as temporary:
         temporary.write_bytes(content)
     return path
+
+
+def write_laws(folder: Path | str, laws: Iterable[LawTable | None]) -> list[Path]:
+    """Write each law, numbered from 1, as a file of each format into a `folder`; return the paths."""
+    return [write(Path(folder) / f"{number}_{law.name}{suffix}", write_law(law, suffix))
+            for number, law in enumerate(laws, 1) if law is not None for suffix in FORMATS]
 
 
 def require_suffix(path: Path | str, suffix: str) -> None:

@@ -9,12 +9,11 @@ from typing import Any, ClassVar
 
 from slipstick.engine.settings import EngineSettings
 from slipstick.errors import InvalidValue, UnknownName
-from slipstick.interface.files import now, require_html, write
+from slipstick.interface.files import now, require_html, write, write_laws
 from slipstick.interface.frames import data_frame
 from slipstick.interface.models import as_mapping
-from slipstick.interface.progress import ProgressLine, Show
+from slipstick.interface.progress import ProgressLine, Show, TimeEnded
 from slipstick.interface.result import Result
-from slipstick.law_files import FORMATS, write_law
 from slipstick.machine import Machine, Runs
 from slipstick.machine_studies import MachineFigures, MachineStudyResult, study_machine
 from slipstick.machine_studies.result import MachineFinding, MachineParameter
@@ -23,12 +22,10 @@ from slipstick.pictures.machine_study import CAPTIONS, machine_pictures
 from slipstick.pictures.theme import Spec
 from slipstick.recordings import Recordings
 from slipstick.report.machine_study import lead, machine_study_page
-from slipstick.studies.export import file_stem, has_table
+from slipstick.studies.export import has_table
 from slipstick.studies.record import from_dict
 from slipstick.time_budget import TimeBudgetEnded, clock_times, seconds_of, stage_times
 
-MachineLike = Machine | Path | str
-"""A machine, the name of a shipped one, or the path of the Python file that declares it."""
 RunsLike = Runs | Path | str
 """Recorded runs, or the path of their file."""
 
@@ -81,13 +78,7 @@ class MachineStudy(Result):
 
     def save_laws(self, folder: Path | str) -> list[Path]:
         """Write each law over points as a `.csv`, `.mat`, `.mo` and `.h` file; return their paths."""
-        written = []
-        for number, finding in enumerate(self.findings, 1):
-            if has_table(finding):
-                stem = f"{number}_{file_stem(finding)}"
-                written += [write(Path(folder) / f"{stem}{suffix}", write_law(law_table(finding), suffix))
-                            for suffix in FORMATS]
-        return written
+        return write_laws(folder, [law_table(each) if has_table(each) else None for each in self.findings])
 
     def to_dict(self) -> dict[str, Any]:
         """The study as JSON; `result` is that of the REST service."""
@@ -120,12 +111,12 @@ def study_of_machine(machine: Machine, runs: RunsLike, *, settings: EngineSettin
 
         def log(doing: str) -> None:
             if time.monotonic() > start + limit:
-                raise _TimeEnded
+                raise TimeEnded
             show(doing, None)
 
         try:
             result, figures = study_machine(machine, runs, chosen, log, kept.append)
-        except _TimeEnded:
+        except TimeEnded:
             if not kept:
                 raise TimeBudgetEnded.before(limit, "the blocks of the machine were examined") from None
             result, figures = end_early(kept[-1], limit)
@@ -135,7 +126,7 @@ def study_of_machine(machine: Machine, runs: RunsLike, *, settings: EngineSettin
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MachineCalibration(Result):
-    """The parameters of a declared machine that recorded runs ask for, with 95 % intervals and scatter between runs.
+    """The parameters of a declared machine, fitted to recorded runs, with 95 % intervals and scatter between runs.
 
     `chi_square` is the median reduced chi-square of each block, 1 if only noise is left.
     """
@@ -215,6 +206,3 @@ def settings_of(values: Mapping[str, Any]) -> EngineSettings:
             raise InvalidValue(f"{name} is {json.dumps(value)}", "Give a positive number")
     return EngineSettings(**values)
 
-
-class _TimeEnded(Exception):
-    """The time budget of a study has ended."""

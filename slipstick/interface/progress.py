@@ -23,6 +23,10 @@ Count = Callable[[int, int, str, int], None]
 """Called with how many of how many items are done, what they are, and how many of them an earlier run did."""
 
 
+class TimeEnded(Exception):
+    """Raised within a computation that says what it does, when its time budget has ended."""
+
+
 class ProgressLine:
     """Says on `stream`, by default stderr, how far a computation is.
 

@@ -9,16 +9,16 @@ from typing import Any, ClassVar, overload
 from slipstick.clutch.model import Model
 from slipstick.engine.settings import EngineSettings
 from slipstick.errors import InvalidValue
-from slipstick.interface.files import now, require_html, write
+from slipstick.interface.files import now, require_html, write, write_laws
 from slipstick.interface.fit import Fit
 from slipstick.interface.frames import data_frame
 from slipstick.interface.machine_study import MachineStudy, RunsLike, as_runs, of_machine, study_of_machine
 from slipstick.interface.models import BenchLike, RecordingsLike, as_mapping, bench_of, recordings_of
 from slipstick.interface.picture import Picture
-from slipstick.interface.progress import ProgressLine, Show
+from slipstick.interface.progress import ProgressLine, Show, TimeEnded
 from slipstick.interface.rehearsal import compile_study
 from slipstick.interface.result import Result
-from slipstick.law_files import FORMATS, write_law
+from slipstick.law_files import write_law
 from slipstick.machine import Machine, Runs
 from slipstick.pictures.study import CAPTIONS, law, study_pictures
 from slipstick.pictures.theme import Spec
@@ -226,12 +226,7 @@ class Study(Result):
 
     def save_laws(self, folder: Path | str) -> list[Path]:
         """Write each measured law over a number as a `.csv`, `.mat`, `.mo` and `.h` file; return their paths."""
-        written = []
-        for number, finding in enumerate(self.findings, 1):
-            if finding.law is not None and has_table(finding.result):
-                stem = f"{number}_{file_stem(finding.result)}"
-                written += [finding.law.save(Path(folder) / f"{stem}{suffix}") for suffix in FORMATS]
-        return written
+        return write_laws(folder, [law_table(each) if has_table(each) else None for each in self.result.findings])
 
     def to_dict(self) -> dict[str, Any]:
         """The study as JSON; `result` is that of the REST service."""
@@ -320,21 +315,17 @@ def study(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike, *,
 
         def log(step: StudyProgress) -> None:
             if time.monotonic() > start + limit:
-                raise _TimeEnded
+                raise TimeEnded
             show(f"step {step.step} of {step.steps}: {step.doing}", step.done)
 
         try:
             named = examine(chosen, bench, recordings, log, named.update)
             times, stage, begin = stage_times({}, stage, begin), "confirm", clock_times()
             result, figures = conclude(chosen, bench, recordings, named, log)
-        except _TimeEnded:
+        except TimeEnded:
             result, figures = unconfirmed(chosen, bench, recordings, named or None, limit)
     return Study(name, recordings.digest, chosen, result, figures, **stage_times(times, stage, begin),
                  submitted=submitted, ended=now())
-
-
-class _TimeEnded(Exception):
-    """The time budget of a study has ended."""
 
 
 def _gap_sentence(result: StudyResult) -> str:

@@ -14,10 +14,10 @@ from slipstick.machine.declaration import (
 )
 from slipstick.machine.experiments import Experiments, evaluate_output, list_experiments, select_profiles
 from slipstick.machine.kinds import Kind
-from slipstick.machine.opening import is_declared, open_machine
+from slipstick.machine.opening import open_machine
 from slipstick.machine.runs import Profile, Runs
 from slipstick.machine.runs_file import holds_runs, read_runs, require_runs, units_of, write_runs
 
 __all__ = ["Block", "Command", "Condition", "Curve", "Effect", "Experiments", "Kind", "Machine", "Output", "Parameter",
-           "Profile", "Quantity", "Runs", "Sensor", "evaluate_output", "holds_runs", "is_declared", "list_experiments",
-           "open_machine", "read_runs", "require_runs", "select_profiles", "units_of", "write_runs"]
+           "Profile", "Quantity", "Runs", "Sensor", "evaluate_output", "holds_runs", "list_experiments", "open_machine",
+           "read_runs", "require_runs", "select_profiles", "units_of", "write_runs"]

@@ -13,11 +13,6 @@ NAME = "MACHINE"
 """What a file calls its machine."""
 
 
-def is_declared(path: Path | str) -> bool:
-    """Return whether a file declares a machine, by its name."""
-    return file_of(path, ".py", "machines").suffix == ".py"
-
-
 def open_machine(path: Path | str) -> Machine:
     """Return the machine that a Python file declares as `MACHINE`; a plain name may be that of a shipped machine.
 

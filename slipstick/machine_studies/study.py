@@ -20,7 +20,6 @@ from slipstick.engine.study import (
     fit_parameters,
     study,
 )
-from slipstick.errors import InvalidValue
 from slipstick.law_files import LawTable
 from slipstick.law_files.machine_law import has_points, tabulate, write_equation
 from slipstick.machine import Machine, Runs, require_runs, units_of
@@ -36,6 +35,7 @@ from slipstick.machine_studies.result import (
     ShownRun,
 )
 from slipstick.machine_studies.words import answer, name_finding
+from slipstick.studies.export import tabulate_finding
 from slipstick.studies.finding import Coefficient, Law
 from slipstick.time_budget import Partial
 
@@ -140,11 +140,7 @@ def _state_law(law: EngineLaw, kind: KindOfLaw | None) -> Law:
 
 def law_table(finding: MachineFinding) -> LawTable:
     """Return the law of a finding as a table, which `slipstick.law_files.write_law` writes."""
-    law = finding.law
-    if law is None or law.x is None:
-        raise InvalidValue(f"The finding “{finding.title}” has no law over points", "See its coefficients")
-    return LawTable(finding.quantity, finding.depends_on, law.x, law.x_unit, law.change, law.unit, law.relative,
-                    law.lower, law.upper, "95 % interval at each point", law.formula, finding.equation, law.up_to)
+    return tabulate_finding(finding, "95 % interval at each point", finding.equation)
 
 
 def _state_parameter(estimate: ParameterEstimate, machine: Machine) -> MachineParameter:

@@ -25,10 +25,16 @@ def file_stem(finding: Changed) -> str:
 
 def law_table(finding: FindingResult) -> LawTable:
     """The law as a table, which `slipstick.law_files.write_law` writes."""
+    is_linearised = finding.law is not None and finding.law.linearised
+    return tabulate_finding(finding, f"interval at each point, at the level of the study{_LINEARISED * is_linearised}",
+                            equation(finding))
+
+
+def tabulate_finding(finding: Changed, band: str, written: str | None) -> LawTable:
+    """The law of a finding of any machine as a table; `band` says what its interval is, and `written` its equation."""
     law = finding.law
     if law is None or law.x is None:
         raise ValueError(f"The finding '{finding.title}' has no law over a number")
     return LawTable(finding.quantity, _VARIABLES.get(finding.depends_on, finding.depends_on), law.x, law.x_unit,
                     law.change, law.unit, law.relative, law.lower, law.upper,
-                    f"interval at each point, at the level of the study{_LINEARISED * law.linearised}", law.formula,
-                    equation(finding), law.up_to)
+                    band, law.formula, written, law.up_to)
