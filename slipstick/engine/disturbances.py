@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from slipstick.engine.model import PartModel
 from slipstick.engine.noise import HIGHEST, Noise, bound_noise
+from slipstick.engine.part_fit import PartFit
 from slipstick.engine.recordings import Part
 from slipstick.engine.whitening import Whitening
 from slipstick.machine.declaration import identifier_of
@@ -20,16 +20,15 @@ _LEAST = 1e-3
 """Least standard deviation of a disturbance or of a sensor, over the largest one: it is then as good as none."""
 
 
-def estimate_disturbances(model: PartModel) -> Part:
+def estimate_disturbances(model: PartFit) -> Part:
     """Return a part with the disturbances and the noise of sensors that give what a fit leaves the largest likelihood.
 
     Disturbances are no larger than declared, and the noise of a sensor than its signal shows: what is left beyond that
     is missing in the model.
     """
     part = model.part
-    assert model.whitening is not None
-    carried = model.whitening.carried
-    assert carried is not None
+    carried = [(rows, noise) for rows, noise in model.find_carried() if noise is not None]
+    residual = model.residual
     disturbed = {identifier_of(each.name): each.disturbance for each in part.block.quantities if each.disturbance > 0}
     scaled = part.measured / part.loudness[:, :, None]
 
@@ -45,8 +44,8 @@ def estimate_disturbances(model: PartModel) -> Part:
     def lack(values: np.ndarray) -> float:
         sensors, disturbances = read(values)
         inputs = (*part.noise.values(), *disturbances.values())
-        whitening = Whitening.of(part.counted, sensors, part.loudness, replace(carried, inputs=inputs))
-        return -whitening.log_likelihood(model.residual)
+        return -sum(Whitening.of(part.counted[rows], sensors, part.loudness[rows], replace(noise, inputs=inputs))
+                    .log_likelihood(residual[rows]) for rows, noise in carried)
 
     before = (*part.sensors, *part.disturbances.values())
     largest = [bound_noise(replace(each, std=np.inf), scaled[:, place]).std for place, each in enumerate(part.sensors)]

@@ -1,6 +1,6 @@
 """What a law gains: in log marginal likelihood, and held out in each run."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +9,7 @@ from slipstick.engine.fit import Fit
 from slipstick.engine.laws import Candidate
 from slipstick.engine.linear_model import Fitted, estimate, restricted_likelihood, solve
 from slipstick.engine.priors import Prior, choose_prior, count_replaced
+from slipstick.engine.products import Products
 
 _WORTH = 2.0
 """Nats at fixed variances below which a candidate is not compared further."""
@@ -25,13 +26,14 @@ class Screened:
 
 def screen(fit: Fit, candidates: Sequence[Candidate]) -> list[Screened]:
     """Return the gains of candidates with few coefficients about a fit, the largest first."""
-    screened = [_screen(fit, candidate) for candidate in candidates if candidate.pair not in fit.laws]
+    several = [candidate for candidate in candidates if candidate.pair not in fit.laws]
+    coarse = [candidate.coarse() for candidate in several]
+    screened = [_screen(fit, candidate, few, products)
+                for candidate, few, products in zip(several, coarse, _multiply(fit, coarse), strict=True)]
     return sorted(screened, key=lambda each: -each.nats)
 
 
-def _screen(fit: Fit, candidate: Candidate) -> Screened:
-    coarse = candidate.coarse()
-    products = fit.products.join(*_multiply(fit, coarse))
+def _screen(fit: Fit, candidate: Candidate, coarse: Candidate, products: Products) -> Screened:
     if not np.isfinite(products.values).all():  # no linear response
         return Screened(candidate, 0.0, Prior())
     roots = [*fit.roots, np.eye(coarse.count)]
@@ -50,25 +52,25 @@ def _screen(fit: Fit, candidate: Candidate) -> Screened:
     return Screened(candidate, gain, prior)
 
 
-def _multiply(fit: Fit, candidate: Candidate) -> tuple[np.ndarray, np.ndarray]:
-    """Return the products of a candidate's columns with all columns of a fit (n, m, c), and with each other (n, m,
-    m)."""
-    recorded, count = fit.recorded, fit.products.values.shape[1]
-    cross = np.zeros((len(recorded), candidate.count, count))
-    own = np.zeros((len(recorded), candidate.count, candidate.count))
-    for name, variable in candidate.variables.items():
-        model = fit.models[name]
-        white = model.white(model.law_columns(candidate))
-        against = white @ model.rows.transpose(0, 2, 1) @ fit.onto[name]
-        square = white @ white.transpose(0, 2, 1)
-        if variable.kind == "between":
-            factors = candidate.size * variable.basis(None, 1)[:, :, 0]
-            cross += factors[:, :, None] * against
-            own += factors[:, :, None] * factors[:, None, :] * square
-        else:
-            cross += against
-            own += square
-    return cross, own
+def _multiply(fit: Fit, candidates: Sequence[Candidate]) -> Iterator[Products]:
+    """Yield the products of all columns of a fit, joined by those of each candidate."""
+    acting = {name: [each for each in candidates if name in each.variables] for name in fit.models}
+    by_parts = {name: dict(zip((each.pair for each in acting[name]), model.multiply(acting[name]), strict=True))
+                for name, model in fit.models.items() if acting[name]}
+    n, count = len(fit.recorded), fit.products.values.shape[1]
+    for candidate in candidates:
+        cross, own = np.zeros((n, candidate.count, count)), np.zeros((n, candidate.count, candidate.count))
+        for name, variable in candidate.variables.items():
+            rows, square = by_parts[name].pop(candidate.pair)
+            against = rows @ fit.onto[name]
+            if variable.kind == "between":
+                factors = candidate.size * variable.basis(None, 1)[:, :, 0]
+                cross += factors[:, :, None] * against
+                own += factors[:, :, None] * factors[:, None, :] * square
+            else:
+                cross += against
+                own += square
+        yield fit.products.join(cross, own)
 
 
 def hold_out(fitted: Fitted) -> np.ndarray:

@@ -13,7 +13,8 @@ import numpy as np
 
 from slipstick.engine.laws import Candidate
 from slipstick.engine.linear_model import Fitted, estimate, restricted_likelihood
-from slipstick.engine.model import PartModel, State, build_part, move_part
+from slipstick.engine.model import State
+from slipstick.engine.part_fit import PartFit, fit_part
 from slipstick.engine.priors import Prior, adapt_priors
 from slipstick.engine.products import Products, assemble, expand
 from slipstick.engine.recordings import Pair, Recorded
@@ -47,7 +48,7 @@ class Fit:
     laws: Mapping[Pair, Candidate]
     priors: Mapping[Pair, Prior]
     state: State
-    models: Mapping[str, PartModel]
+    models: Mapping[str, PartFit]
     products: Products
     fitted: Fitted
     turn: np.ndarray
@@ -131,12 +132,13 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
     state = replace(state, laws={pair: state.laws.get(pair, np.zeros(law.count)) for pair, law in laws.items()})
     best: Fit | None = None
     for _ in range(_BUILDS):
-        models = {part.name: build_part(recorded, part, state, laws) for part in recorded.parts}
+        models = {part.name: fit_part(recorded, part, state, laws) for part in recorded.parts}
         solved = _solve(recorded, models, laws, priors, variance, state)
         if solved is None:
             break
         evidence = restricted_likelihood(solved.fitted.gram, solved.fitted.variance) - solved.promised
-        current = Fit(recorded, dict(laws), solved.priors, solved.state, models, solved.products, solved.fitted,
+        released = {name: model.release() for name, model in models.items()}
+        current = Fit(recorded, dict(laws), solved.priors, solved.state, released, solved.products, solved.fitted,
                       solved.turn, evidence, solved.promised, solved.promised < settled)
         if best is None or current.evidence > best.evidence:
             best = current
@@ -168,10 +170,10 @@ class _Solved:
     promised: float
 
 
-def _solve(recorded: Recorded, models: Mapping[str, PartModel], laws: Mapping[Pair, Candidate],
+def _solve(recorded: Recorded, models: Mapping[str, PartFit], laws: Mapping[Pair, Candidate],
            priors: Mapping[Pair, Prior], variance: np.ndarray, state: State) -> _Solved | None:
     """Solve the linear mixed model of models about a state; None where it is not finite."""
-    state = replace(state, tracks={name: model.trajectory.x for name, model in models.items()})
+    state = replace(state, tracks={name: model.x for name, model in models.items()})
     products = assemble(recorded, models, laws, state)
     if not np.isfinite(products.values).all():
         return None
@@ -183,7 +185,7 @@ def _solve(recorded: Recorded, models: Mapping[str, PartModel], laws: Mapping[Pa
     return _Solved(state, products, adapted, fitted, turn, variance, promised)
 
 
-def _follow(recorded: Recorded, models: Mapping[str, PartModel], laws: Mapping[Pair, Candidate], solved: _Solved,
+def _follow(recorded: Recorded, models: Mapping[str, PartFit], laws: Mapping[Pair, Candidate], solved: _Solved,
             settled: float) -> _Solved | None:
     """Step on with the columns of the models as long as each step promises much less than the one before.
 
@@ -204,16 +206,16 @@ def _follow(recorded: Recorded, models: Mapping[str, PartModel], laws: Mapping[P
     return solved
 
 
-def _descend(recorded: Recorded, models: Mapping[str, PartModel], laws: Mapping[Pair, Candidate],
+def _descend(recorded: Recorded, models: Mapping[str, PartFit], laws: Mapping[Pair, Candidate],
              priors: Mapping[Pair, Prior], variance: np.ndarray, here: State, there: State, products: Products,
-             settled: float) -> tuple[State, dict[str, PartModel]] | None:
+             settled: float) -> tuple[State, dict[str, PartFit]] | None:
     """Return the state on the way from `here` to `there` at which the posterior is not lower, with models there.
 
     The models have the columns of those that are given. None is returned where no halved step is good enough.
     """
     least = _posterior_at(products, laws, priors, here, variance) - settled
     for _ in range(_TRIALS):
-        moved = {name: move_part(recorded, model, there) for name, model in models.items()}
+        moved = {name: model.move(there) for name, model in models.items()}
         reached = assemble(recorded, moved, laws, there)
         if np.isfinite(reached.values).all() and _posterior_at(reached, laws, priors, there, variance) >= least:
             return there, moved
@@ -234,7 +236,7 @@ def join(fits: Sequence[Fit]) -> Fit:
         return fits[0]
     recorded = join_recorded([each.recorded for each in fits])
     laws, priors = dict[Pair, Candidate](), dict[Pair, Prior]()
-    models, tracks = dict[str, PartModel](), dict[str, np.ndarray]()
+    models, tracks = dict[str, PartFit](), dict[str, np.ndarray]()
     for each in fits:
         laws, priors, models = {**laws, **each.laws}, {**priors, **each.priors}, {**models, **each.models}
         tracks = {**tracks, **each.state.tracks}

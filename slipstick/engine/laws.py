@@ -54,7 +54,7 @@ class Candidate:
         return replace(self, variables={part.name: read(self.variables[part.name], part) for part in recorded.parts
                                         if part.name in self.variables})
 
-    def take(self, rows: np.ndarray) -> "Candidate":
+    def take(self, rows: slice | np.ndarray) -> "Candidate":
         """Return the candidate for the runs `rows`."""
         def chosen(variable: Variable) -> Variable:
             return variable if variable.values is None else replace(variable, values=variable.values[rows])

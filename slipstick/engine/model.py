@@ -40,6 +40,11 @@ class State:
     laws: Mapping[Pair, np.ndarray]
     tracks: Mapping[str, np.ndarray] = field(default_factory=dict)
 
+    def take(self, rows: slice | np.ndarray) -> "State":
+        """Return the state of the runs `rows`."""
+        tracks = {name: track[rows] for name, track in self.tracks.items()}
+        return replace(self, points=self.points[rows], tracks=tracks)
+
 
 @dataclass(frozen=True, eq=False)
 class PartModel:
@@ -113,6 +118,34 @@ class PartModel:
                                           (self.passed[name] * refine(values, part.fine))[:, None])[:, 0]
         return carried[:, :, ::part.fine]
 
+    def find_carried(self) -> CarriedNoise | None:
+        """Return how the noise of measured inputs and disturbances, linear between samples, reach the output."""
+        part, trajectory = self.part, self.trajectory
+        whole = np.ones((len(part.measured), trajectory.outputs.shape[2]))
+        sources = [(trajectory.direction("input", name, noise.std), self.passed[name])
+                   for name, noise in part.noise.items()]
+        sources += [(trajectory.direction("quantity", name, _size_of(part, name)), whole) for name in part.disturbances]
+        if not sources:
+            return None
+        n, k, fine, d = len(part.measured), part.measured.shape[2], part.fine, trajectory.x.shape[1]
+        A = np.broadcast_to(np.eye(d), (n, k - 1, d, d)).copy()
+        F, G = (np.zeros((n, k - 1, d, len(sources))) for _ in range(2))
+        E = np.empty((n, len(part.signals), k, len(sources)))
+        for place, (direction, passed) in enumerate(sources):
+            E[..., place] = direction.D[:, :, ::fine] * passed[:, None, ::fine]
+            for sub in range(fine):
+                before = direction.B[:, sub::fine, 0] * passed[:, sub:-1:fine, None]
+                after = direction.B[:, sub::fine, 1] * passed[:, sub + 1::fine, None]
+                shares = sub / fine, (sub + 1) / fine  # of the end of the sample in its noise
+                for through, first, last in ((F, 1 - shares[0], 1 - shares[1]), (G, *shares)):
+                    through[..., place] = (np.einsum("nkab,nkb->nka", trajectory.A[:, sub::fine], through[..., place])
+                                           + first * before + last * after)
+        for sub in range(fine):
+            A = trajectory.A[:, sub::fine] @ A
+        loudness = np.concatenate([part.input_loudness, np.ones((n, len(part.disturbances)))], axis=1)
+        return CarriedNoise((*part.noise.values(), *part.disturbances.values()), loudness, A, F, G,
+                            trajectory.C[:, :, ::fine], E)
+
     def own(self) -> dict[str, np.ndarray]:
         """Return the values (n, K) of the part's own variables: the signals that it gives, and those of the system."""
         outputs = self.trajectory.outputs
@@ -158,8 +191,8 @@ def _read_own(problem: Problem, x: np.ndarray) -> dict[str, np.ndarray]:
 
 def build_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate]) -> PartModel:
     """Return the linear model of a part with the `laws` of a state."""
-    model = _predict(recorded, part, state, laws)
-    model = replace(model, whitening=Whitening.of(part.counted, part.sensors, part.loudness, _carry(model)))
+    model = predict_part(recorded, part, state, laws)
+    model = replace(model, whitening=Whitening.of(part.counted, part.sensors, part.loudness, model.find_carried()))
     terms = [term for term in (*recorded.random, *recorded.shared) if touches(term, part)]
     keys = tuple(dict.fromkeys([key_of_term(term) for term in terms]
                                + [key_of_law(law, part) for law in model.laws.values() if is_between(law)]))
@@ -180,15 +213,15 @@ def move_part(recorded: Recorded, model: PartModel, state: State) -> PartModel:
     The response to the noise of inputs is kept as well. What it changes is correlated with the residual, so that
     parameters of the least squares would be biased by errors in variables.
     """
-    there = _predict(recorded, model.part, state, model.laws, model.noisy)
+    there = predict_part(recorded, model.part, state, model.laws, model.noisy)
     rows, gram = model.rows.copy(), model.gram.copy()
     rows[:, -1:] = model.white(there.residual[:, None])
     gram[:, -1] = gram[:, :, -1] = (rows @ rows[:, -1, :, None])[..., 0]
     return replace(there, whitening=model.whitening, keys=model.keys, places=model.places, rows=rows, gram=gram)
 
 
-def _predict(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate],
-             noisy: np.ndarray | None = None) -> PartModel:
+def predict_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate],
+                 noisy: np.ndarray | None = None) -> PartModel:
     """Return the model of a part at a state, without rows, with the response to the noise of inputs if it is known."""
     laws = {pair: law for pair, law in laws.items() if part.name in law.variables}
     trajectory = solve(_pose(recorded, part, state, laws), state.tracks.get(part.name, guess_track(part)))
@@ -277,35 +310,6 @@ def sensor_errors(model: PartModel, signals: np.ndarray) -> np.ndarray:
             c = law.size * model.state.laws[pair]
             errors[:, place] += law.variables[model.part.name].weigh(c, signals.shape[2], signals[:, place])
     return errors
-
-
-def _carry(model: PartModel) -> CarriedNoise | None:
-    """Return how the noise of measured inputs and disturbances, linear between samples, reach the output."""
-    part, trajectory = model.part, model.trajectory
-    whole = np.ones((len(part.measured), trajectory.outputs.shape[2]))
-    sources = [(trajectory.direction("input", name, noise.std), model.passed[name])
-               for name, noise in part.noise.items()]
-    sources += [(trajectory.direction("quantity", name, _size_of(part, name)), whole) for name in part.disturbances]
-    if not sources:
-        return None
-    n, k, fine, d = len(part.measured), part.measured.shape[2], part.fine, trajectory.x.shape[1]
-    A = np.broadcast_to(np.eye(d), (n, k - 1, d, d)).copy()
-    F, G = (np.zeros((n, k - 1, d, len(sources))) for _ in range(2))
-    E = np.empty((n, len(part.signals), k, len(sources)))
-    for place, (direction, passed) in enumerate(sources):
-        E[..., place] = direction.D[:, :, ::fine] * passed[:, None, ::fine]
-        for sub in range(fine):
-            before = direction.B[:, sub::fine, 0] * passed[:, sub:-1:fine, None]
-            after = direction.B[:, sub::fine, 1] * passed[:, sub + 1::fine, None]
-            shares = sub / fine, (sub + 1) / fine  # of the end of the sample in its noise
-            for through, first, last in ((F, 1 - shares[0], 1 - shares[1]), (G, *shares)):
-                through[..., place] = (np.einsum("nkab,nkb->nka", trajectory.A[:, sub::fine], through[..., place])
-                                       + first * before + last * after)
-    for sub in range(fine):
-        A = trajectory.A[:, sub::fine] @ A
-    loudness = np.concatenate([part.input_loudness, np.ones((n, len(part.disturbances)))], axis=1)
-    return CarriedNoise((*part.noise.values(), *part.disturbances.values()), loudness, A, F, G,
-                        trajectory.C[:, :, ::fine], E)
 
 
 def _size_of(part: Part, name: str) -> float:

@@ -8,7 +8,8 @@ import scipy
 
 from slipstick.engine.laws import Candidate
 from slipstick.engine.linear_model import Gram
-from slipstick.engine.model import PartModel, State, key_of_law, key_of_term, touches
+from slipstick.engine.model import State, key_of_law, key_of_term, touches
+from slipstick.engine.part_fit import PartFit
 from slipstick.engine.recordings import Pair, Recorded
 
 _BEYOND = 3.0
@@ -63,7 +64,7 @@ class Products:
         return Products(self.recorded, joined, (*self.sizes, m))
 
 
-def assemble(recorded: Recorded, models: Mapping[str, PartModel], laws: Mapping[Pair, Candidate],
+def assemble(recorded: Recorded, models: Mapping[str, PartFit], laws: Mapping[Pair, Candidate],
              state: State) -> Products:
     """Return the products of all parts."""
     sizes = tuple(law.count for law in laws.values())
@@ -75,11 +76,11 @@ def assemble(recorded: Recorded, models: Mapping[str, PartModel], laws: Mapping[
     return Products(recorded, total, sizes)
 
 
-def expand(recorded: Recorded, model: PartModel, laws: Mapping[Pair, Candidate], state: State) -> np.ndarray:
+def expand(recorded: Recorded, model: PartFit, laws: Mapping[Pair, Candidate], state: State) -> np.ndarray:
     """Return the map (n, r + 1, c) from all coefficients, and 1 for the residual at 0, to the rows of a part."""
     n, terms = len(recorded), (*recorded.random, *recorded.shared)
     count = len(terms) + sum(law.count for law in laws.values()) + 1
-    onto = np.zeros((n, model.rows.shape[1], count))
+    onto = np.zeros((n, model.gram.shape[1], count))
     for place, term in enumerate(terms):
         if touches(term, model.part):
             onto[:, model.keys.index(key_of_term(term)), place] = term.values

@@ -1,6 +1,7 @@
 """The blocks of a machine with what was recorded of them: what a fit is made of."""
 
 from collections.abc import Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
@@ -48,7 +49,7 @@ class Term:
         change = (self.values * value)[:, None]
         return parameter * np.exp(change) if self.is_factor else parameter + self.size * change
 
-    def take(self, rows: np.ndarray) -> "Term":
+    def take(self, rows: slice | np.ndarray) -> "Term":
         """Return the term of the runs `rows`."""
         return replace(self, values=self.values[rows])
 
@@ -112,7 +113,7 @@ class Part:
         """The quantities of the equations, unchanged."""
         return {identifier_of(each.name): 0.0 for each in self.block.quantities}
 
-    def take(self, rows: np.ndarray) -> "Part":
+    def take(self, rows: slice | np.ndarray) -> "Part":
         """Return the part with the runs `rows`."""
         def chosen(values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
             return {name: value[rows] for name, value in values.items()}
@@ -127,7 +128,7 @@ class Recorded:
     """A machine with n runs: its `parts`, the `random` and the `shared` terms, and `signals` that laws may depend on.
 
     `signals` are (n, k) within runs, without noise, and (n,) between runs. `rows` (n,) are the numbers of the runs
-    among all.
+    among all. The `executor` computes with chunks of many runs, such as on other machines; None is here, in threads.
     """
 
     machine: Machine
@@ -137,11 +138,12 @@ class Recorded:
     shared: tuple[Term, ...]
     signals: Mapping[str, np.ndarray]
     rows: np.ndarray
+    executor: Executor | None = None
 
     def __len__(self) -> int:
         return len(self.runs)
 
-    def take(self, rows: np.ndarray) -> "Recorded":
+    def take(self, rows: slice | np.ndarray) -> "Recorded":
         """Return the runs `rows`, without doing anything anew."""
         return replace(self, runs=self.runs.take(rows), parts=tuple(part.take(rows) for part in self.parts),
                        random=tuple(term.take(rows) for term in self.random),

@@ -322,10 +322,8 @@ def _hear(part: Part, given: Mapping[str, tuple[Noise, np.ndarray]]) -> Part:
 
 def _taken(before: Fit, rows: np.ndarray) -> tuple[Recorded, dict[Pair, Candidate], dict[Pair, Prior], State]:
     """Return what the fit of some of the runs begins with."""
-    state = replace(before.state, points=before.state.points[rows],
-                    tracks={name: track[rows] for name, track in before.state.tracks.items()})
     laws = {pair: law.take(rows) for pair, law in before.laws.items()}
-    return before.recorded.take(rows), laws, dict(before.priors), state
+    return before.recorded.take(rows), laws, dict(before.priors), before.state.take(rows)
 
 
 def fit_bare(group: Recorded, state: State | None = None, variance: np.ndarray | None = None) -> Fit:

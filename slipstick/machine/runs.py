@@ -74,7 +74,7 @@ class Runs:
     def __len__(self) -> int:
         return len(next(iter(self.signals.values())))
 
-    def take(self, rows: np.ndarray) -> "Runs":
+    def take(self, rows: slice | np.ndarray) -> "Runs":
         """Return the runs `rows`, in this order."""
         def chosen(values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
             return {name: value[rows] for name, value in values.items()}
