@@ -11,6 +11,7 @@ from slipstick.machine import Machine, Runs
 from slipstick.report.machine_study import parameter_table
 
 from .bench_option import add_bench_argument, add_machine_argument, open_recordings
+from .executors import add_dask_argument, cluster_at
 from .orders import add_time_budget_argument
 from .program import command_line
 from .study_text import plain_table
@@ -30,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", type=Path, metavar="SPEC.json",
                         help="the model to start from (default: the nominal parameters)")
     add_time_budget_argument(parser)
+    add_dask_argument(parser, "compute with many runs of a declared machine")
     parser.add_argument("--out", type=Path, metavar="FILE",
                         help="write the calibration as JSON, for `build --model`")
 
@@ -64,8 +66,9 @@ def _calibrate_machine(arguments: argparse.Namespace) -> int:
     if arguments.recordings is None or arguments.model is not None or arguments.signals is not None:
         raise InvalidValue("A declared machine is calibrated to the runs of a file",
                            "Give --recordings RUNS.h5, without --model and --signals")
-    with ProgressLine(log=True) as line:
-        result = calibrate(Machine.open(arguments.machine), Runs.open(arguments.recordings), progress=line.step)
+    with cluster_at(arguments.dask) as executor, ProgressLine(log=True) as line:
+        result = calibrate(Machine.open(arguments.machine), Runs.open(arguments.recordings), progress=line.step,
+                           executor=executor)
     print("\n".join(result.summary()))
     print(plain_table(*parameter_table(result.parameters)))
     if arguments.out:

@@ -14,10 +14,10 @@ from slipstick.errors import InvalidValue
 from .cluster import Cluster, ClusterLost
 
 
-def add_dask_argument(parser: argparse.ArgumentParser) -> None:
-    """Add the option."""
+def add_dask_argument(parser: argparse.ArgumentParser, computed: str = "simulate") -> None:
+    """Add the option; `computed` is a verb with what is done there."""
     parser.add_argument("--dask", default=os.environ.get("SLIPSTICK_DASK") or None, metavar="ADDRESS",
-                        help="simulate on the workers of the Dask scheduler at this address, such as "
+                        help=f"{computed} on the workers of the Dask scheduler at this address, such as "
                              "tcp://10.0.0.1:8786, with the same result (default: on this machine; environment "
                              "variable SLIPSTICK_DASK; docs/operations.md)")
 

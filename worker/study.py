@@ -15,6 +15,7 @@ from slipstick.studies import StudySettings
 from slipstick.time_budget import TimeBudgetEnded
 
 from .bench_option import add_bench_argument, add_machine_argument, open_recordings, refuse_bench_options
+from .executors import add_dask_argument, cluster_at
 from .orders import add_time_budget_argument
 from .program import command_line
 from .study_text import machine_study_text, study_text
@@ -30,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--settings", type=Path, metavar="FILE.json",
                         help='JSON file with the study settings to change, such as {"level": 0.95}')
     add_time_budget_argument(parser)
+    add_dask_argument(parser, "compute with many runs of a declared machine")
     parser.add_argument("--out", type=Path, metavar="FILE.json", help="write the result as JSON")
     parser.add_argument("--report", type=Path, metavar="FILE.html", help="write the report, one HTML page with figures")
     parser.add_argument("--extended", type=Path, metavar="FILE.json",
@@ -80,9 +82,10 @@ def _study_machine(arguments: argparse.Namespace) -> int:
     """Study the runs of a declared machine, and do the same with the result."""
     refuse_bench_options(arguments, "signals", "extended")
     settings = read_json(arguments.settings) if arguments.settings else {}
-    with ProgressLine(log=True) as line:
+    with cluster_at(arguments.dask) as executor, ProgressLine(log=True) as line:
         output = study(Machine.open(arguments.machine), Runs.open(arguments.recordings), settings=settings,
-                       budget=arguments.time_budget, progress=line.step, name=arguments.recordings.stem)
+                       budget=arguments.time_budget, progress=line.step, name=arguments.recordings.stem,
+                       executor=executor)
     print(machine_study_text(output.result))
     written = [*([output.save(arguments.out)] if arguments.out else []),
                *([output.report(arguments.report)] if arguments.report else []),

@@ -16,10 +16,11 @@ from .jobs import Computers, compute
 from .orders import Checkpoint, Order, time_left, with_time
 
 
-def register(computers: Computers, machines: Mapping[str, str]) -> None:
+def register(computers: Computers, machines: Mapping[str, str], dask: str | None = None) -> None:
     """Register the DBOS workflow `study`, before `DBOS.launch`.
 
-    `machines` are the paths of the declared machines that the worker was given, by name: the service names none.
+    `machines` are the paths of the declared machines that the worker was given, by name: the service names none. Their
+    studies compute with many runs on the Dask scheduler at the address `dask`, if there is one.
     """
 
     @DBOS.step(name="study.machine")
@@ -28,7 +29,7 @@ def register(computers: Computers, machines: Mapping[str, str]) -> None:
             raise InvalidValue(f"This worker has no machine '{order['machine']}'",
                                "Start it with `work --machine FILE.py`, the file that declares the machine")
         try:
-            return compute(computers, study_steps.study_declared, machines[order["machine"]], order,
+            return compute(computers, study_steps.study_declared, machines[order["machine"]], dask, order,
                            seconds=time_left(order, {}))
         except TimeEnded as ended:
             return study_steps.end_declared(order, ended.kept, ended.seconds)

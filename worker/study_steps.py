@@ -21,6 +21,7 @@ from slipstick.studies.record import from_dict
 from slipstick.time_budget import TimeBudgetEnded, clock_times, stage_times
 
 from .computing import Report
+from .executors import cluster_at
 from .orders import Checkpoint, Order, require_same
 
 _REPORT_SECONDS = 0.5
@@ -51,8 +52,8 @@ def deliver(library: Library, report: Report, order: Order, checkpoint: Checkpoi
             "processor_seconds": checkpoint.get("processor_seconds", {})}
 
 
-def study_declared(library: Library, report: Report, machine: str, order: Order) -> dict[str, Any]:
-    """The output of the job of a declared machine, of whose file this is the path."""
+def study_declared(library: Library, report: Report, machine: str, dask: str | None, order: Order) -> dict[str, Any]:
+    """The output of the job of a declared machine, of whose file this is the path, by a Dask scheduler if given."""
     begin, runs, kept = clock_times(), library.recorded(order["recordings"]), list[Studied]()
     require_same(order, "recordings", runs.digest, "study")
     if not isinstance(runs, Runs):
@@ -66,7 +67,8 @@ def study_declared(library: Library, report: Report, machine: str, order: Order)
     def say(doing: str) -> None:
         log(StudyProgress("confirm" if kept else "name", 2 if kept else 1, 2, 0.5 if kept else 0.0, doing))
 
-    studied = study_machine(Machine.open(machine), runs, EngineSettings(**order["settings"]), say, keep)
+    with cluster_at(dask) as executor:
+        studied = study_machine(Machine.open(machine), runs, EngineSettings(**order["settings"]), say, keep, executor)
     return {**_output(studied), **stage_times({}, "study", begin)}
 
 

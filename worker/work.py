@@ -81,7 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
         modules = f"{__package__}.fit_steps", f"{__package__}.study_steps"
         computers = {queue: Computer(arguments.tables, modules) for queue in jobs.QUEUES}
         fit_job.register(computers, simulators)
-        study_job.register(computers, declared)
+        study_job.register(computers, declared, arguments.dask)
         DBOS.launch()
         for queue in jobs.QUEUES:
             DBOS.register_queue(queue, worker_concurrency=1, polling_interval_sec=0.2)

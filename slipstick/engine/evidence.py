@@ -57,12 +57,13 @@ def _multiply(fit: Fit, candidates: Sequence[Candidate]) -> Iterator[Products]:
     acting = {name: [each for each in candidates if name in each.variables] for name in fit.models}
     by_parts = {name: dict(zip((each.pair for each in acting[name]), model.multiply(acting[name]), strict=True))
                 for name, model in fit.models.items() if acting[name]}
+    onto = {name: fit.onto(name) for name in by_parts}
     n, count = len(fit.recorded), fit.products.values.shape[1]
     for candidate in candidates:
         cross, own = np.zeros((n, candidate.count, count)), np.zeros((n, candidate.count, candidate.count))
         for name, variable in candidate.variables.items():
             rows, square = by_parts[name].pop(candidate.pair)
-            against = rows @ fit.onto[name]
+            against = rows @ onto[name]
             if variable.kind == "between":
                 factors = candidate.size * variable.basis(None, 1)[:, :, 0]
                 cross += factors[:, :, None] * against

@@ -61,17 +61,16 @@ class Fit:
         """The roots of the laws' priors, in their order."""
         return [self.priors[pair].root(law) for pair, law in self.laws.items()]
 
-    @cached_property
-    def onto(self) -> dict[str, np.ndarray]:
-        """The maps (n, r + 1, c) from all coefficients to the rows of each part."""
-        return {name: expand(self.recorded, model, self.laws, self.state) for name, model in self.models.items()}
+    def onto(self, name: str) -> np.ndarray:
+        """Return the map (n, r + 1, c) from all coefficients to the rows of a part."""
+        return expand(self.recorded, self.models[name], self.laws, self.state)
 
     @cached_property
     def squares(self) -> dict[str, np.ndarray]:
         """Sum of squares (n,) of the whitened residuals of each part, at the estimated parameters of each run."""
         coefficients, squares = coefficients_of(self.fitted, self.turn, self.recorded), dict[str, np.ndarray]()
         for name, model in self.models.items():
-            onto = self.onto[name]
+            onto = self.onto(name)
             left = onto[:, :, -1] - np.einsum("nrc,nc->nr", onto[:, :, :-1], coefficients)
             squares[name] = np.einsum("nr,nrq,nq->n", left, model.gram, left)
         return squares

@@ -159,6 +159,9 @@ class _Search:
         self.candidates = self._list()
         if last not in self.findings:  # or it would be found again
             self.closed.add(_name(better))
+        fits = set(self.fits.values())  # others are needed no more, and are as large as the runs are many
+        self._screened = {key: each for key, each in self._screened.items() if fits.issuperset(key)}
+        self._bases = {key: each for key, each in self._bases.items() if fits.issuperset(key)}
         self.closed |= {group for group, each in self.fits.items()
                         if sum(finding.pair in each.laws for finding in self.findings) >= self.settings.most}
 

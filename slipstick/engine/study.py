@@ -7,6 +7,7 @@ told by runs that it was not fitted to: their coefficients are those of all othe
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -118,13 +119,14 @@ class MachineStudy:
 @in_one_blas_thread
 def study(machine: Machine, runs: Runs, values: Mapping[str, float] | None = None,
           settings: EngineSettings | None = None, log: Log = lambda _: None,
-          keep: Callable[[MachineStudy], None] = lambda _: None) -> MachineStudy:
+          keep: Callable[[MachineStudy], None] = lambda _: None, executor: Executor | None = None) -> MachineStudy:
     """Find what `runs` ask for beside a machine with nominal `values`, and confirm it in the whole machine.
 
-    `keep` is called with the study that there is before the confirmation.
+    `keep` is called with the study that there is before the confirmation. The `executor` computes with chunks of many
+    runs (`Recorded`).
     """
     began, settings = time.perf_counter(), settings or EngineSettings()
-    named = identify(prepare(machine, runs, values), settings, log)
+    named = identify(replace(prepare(machine, runs, values), executor=executor), settings, log)
     named_laws = [(each, finding.pair) for finding in named.findings for each in named.fits
                   if finding.pair in each.laws]
     laws = tuple(measure(each, pair) for each, pair in named_laws)
@@ -140,10 +142,10 @@ def study(machine: Machine, runs: Runs, values: Mapping[str, float] | None = Non
 
 @in_one_blas_thread
 def fit_parameters(machine: Machine, runs: Runs, settings: EngineSettings | None = None,
-                   log: Log = lambda _: None) -> Fit:
+                   log: Log = lambda _: None, executor: Executor | None = None) -> Fit:
     """Return the fit of the parameters of a machine to `runs` without any law."""
     log("Fitting the parameters of the blocks")
-    return join(settle(prepare(machine, runs), settings or EngineSettings()))
+    return join(settle(replace(prepare(machine, runs), executor=executor), settings or EngineSettings()))
 
 
 def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:
@@ -176,7 +178,7 @@ def _confirm(machine: Machine, runs: Runs, values: Mapping[str, float] | None, n
     disturbances = {name: noise for each in blocks.recorded.parts for name, noise in each.disturbances.items()}
     part = replace(part, disturbances=disturbances, sensors=tuple(noise[name] for name in part.signals),
                    loudness=np.stack([loud[name] for name in part.signals], axis=1))
-    whole = replace(whole, parts=(part,), signals=blocks.recorded.signals)
+    whole = replace(whole, parts=(part,), signals=blocks.recorded.signals, executor=blocks.recorded.executor)
     start, variance = _begin_whole(whole, blocks)
     bare = fit_bare(whole, start, variance)
     log(f"Fitted the whole machine without laws: chi-square {_median(bare):.2f}" + _remark(bare))

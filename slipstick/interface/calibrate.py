@@ -1,6 +1,7 @@
 """`slipstick.calibrate`: the uncertain parameters of a bench and their scatter from run to run, from recordings."""
 
 from collections.abc import Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple, overload
 
@@ -99,10 +100,11 @@ class CalibrationResult(Result):
 def calibrate(bench: BenchLike, recordings: RecordingsLike, *, model: ModelLike | None = None,
               budget: float | str | None = None, progress: bool | Show = True) -> CalibrationResult: ...
 @overload
-def calibrate(bench: Machine, recordings: RunsLike, *, progress: bool | Show = True) -> MachineCalibration: ...
+def calibrate(bench: Machine, recordings: RunsLike, *, progress: bool | Show = True,
+              executor: Executor | None = None) -> MachineCalibration: ...
 def calibrate(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike, *, model: ModelLike | None = None,
-              budget: float | str | None = None,
-              progress: bool | Show = True) -> CalibrationResult | MachineCalibration:
+              budget: float | str | None = None, progress: bool | Show = True,
+              executor: Executor | None = None) -> CalibrationResult | MachineCalibration:
     """Fit the uncertain parameters of a bench, and their scatter from run to run, to recordings of it.
 
     Parameters
@@ -120,6 +122,8 @@ def calibrate(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike,
         Time in s, or a text such as "2 min", after which the next iteration is the last. By default a day.
     progress : bool or callable, optional
         Whether to show the iterations in a terminal or notebook, or a function of a text and a share.
+    executor : concurrent.futures.Executor, optional
+        What computes with many runs of a machine, as for `study`. Of a bench, it has no meaning.
 
     Returns
     -------
@@ -137,7 +141,7 @@ def calibrate(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike,
 
     """
     if isinstance(bench, Machine):
-        return calibration_of_machine(bench, as_runs(recordings), progress)
+        return calibration_of_machine(bench, as_runs(recordings), progress, executor)
     if isinstance(recordings, Runs):
         raise of_machine()
     bench = bench_of(bench)

@@ -3,6 +3,7 @@
 import json
 import time
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -100,7 +101,7 @@ class MachineStudy(Result):
 
 def study_of_machine(machine: Machine, runs: RunsLike, *, settings: EngineSettings | Mapping[str, Any] | None = None,
                      budget: float | str | None = None, progress: bool | Show = True, name: str = "recordings",
-                     **changed: Any) -> MachineStudy:
+                     executor: Executor | None = None, **changed: Any) -> MachineStudy:
     """Find what the model of a declared machine lacks; arguments and errors are those of `slipstick.study`."""
     runs = runs if isinstance(runs, Runs) else Runs.open(runs)
     chosen = settings_of({**as_mapping(settings), **changed})
@@ -115,7 +116,7 @@ def study_of_machine(machine: Machine, runs: RunsLike, *, settings: EngineSettin
             show(doing, None)
 
         try:
-            result, figures = study_machine(machine, runs, chosen, log, kept.append)
+            result, figures = study_machine(machine, runs, chosen, log, kept.append, executor)
         except TimeEnded:
             if not kept:
                 raise TimeBudgetEnded.before(limit, "the blocks of the machine were examined") from None
@@ -170,12 +171,13 @@ class MachineCalibration(Result):
                    values["chi_square"], values["set_aside"])
 
 
-def calibration_of_machine(machine: Machine, runs: RunsLike, progress: bool | Show = True) -> MachineCalibration:
+def calibration_of_machine(machine: Machine, runs: RunsLike, progress: bool | Show = True,
+                           executor: Executor | None = None) -> MachineCalibration:
     """Fit the parameters of a declared machine; arguments and errors are those of `slipstick.calibrate`."""
     runs = runs if isinstance(runs, Runs) else Runs.open(runs)
     with ProgressLine() as line:
         show = line.shown(progress)
-        fitted = calibrate_machine(machine, runs, log=lambda doing: show(doing, None))
+        fitted = calibrate_machine(machine, runs, log=lambda doing: show(doing, None), executor=executor)
     return MachineCalibration(machine.name, *fitted)
 
 

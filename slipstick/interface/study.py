@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar, overload
@@ -262,7 +263,7 @@ def study(bench: Machine, recordings: RunsLike, **options: Any) -> MachineStudy:
 def study(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike, *,
           settings: StudySettings | EngineSettings | Mapping[str, Any] | None = None,
           budget: float | str | None = None, progress: bool | Show = True, name: str = "recordings",
-          **changed: Any) -> Study | MachineStudy:
+          executor: Executor | None = None, **changed: Any) -> Study | MachineStudy:
     """Find what the model of a bench lacks that recordings of it show, measure it, and add it to the model.
 
     Parameters
@@ -283,6 +284,9 @@ def study(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike, *,
         complete.
     name : str, optional
         Name of the recordings in reports.
+    executor : concurrent.futures.Executor, optional
+        What computes with many runs of a machine, in chunks: such as `client.get_executor(pure=False)` of a
+        `dask.distributed.Client`. By default the threads of this process. Of a bench, it has no meaning.
 
     Returns
     -------
@@ -300,7 +304,7 @@ def study(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike, *,
     if isinstance(bench, Machine):
         own = asdict(settings) if isinstance(settings, StudySettings) else settings
         return study_of_machine(bench, as_runs(recordings), settings=own, budget=budget, progress=progress,
-                                name=name, **changed)
+                                name=name, executor=executor, **changed)
     if isinstance(recordings, Runs):
         raise of_machine()
     bench = bench_of(bench)

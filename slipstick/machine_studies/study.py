@@ -1,6 +1,7 @@
 """A study by the engine as the values that reports, pictures and the service read."""
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
 from typing import Literal
 
@@ -47,24 +48,27 @@ Studied = tuple[MachineStudyResult, MachineFigures]
 
 
 def study_machine(machine: Machine, runs: Runs, settings: EngineSettings | None = None,
-                  log: Log = lambda _: None, keep: Callable[[Studied], None] = lambda _: None) -> Studied:
+                  log: Log = lambda _: None, keep: Callable[[Studied], None] = lambda _: None,
+                  executor: Executor | None = None) -> Studied:
     """Find what recorded runs of a machine ask for, and confirm it in the simulation of the whole machine.
 
-    `log` is called with what is done, and `keep` with the result that there is before the confirmation. Raises
-    `BadRecording` for runs that are not of the machine.
+    `log` is called with what is done, and `keep` with the result that there is before the confirmation. The `executor`
+    computes with chunks of many runs, by default threads. Raises `BadRecording` for runs that are not of the machine.
     """
     require_runs(machine, runs)
-    complete = study(machine, runs, settings=settings, log=log, keep=lambda named: keep(_conclude(named, runs)))
+    complete = study(machine, runs, settings=settings, log=log, keep=lambda named: keep(_conclude(named, runs)),
+                     executor=executor)
     return _conclude(complete, runs)
 
 
 def calibrate_machine(machine: Machine, runs: Runs, settings: EngineSettings | None = None,
-                      log: Log = lambda _: None) -> tuple[list[MachineParameter], dict[str, float], list[int]]:
+                      log: Log = lambda _: None, executor: Executor | None = None) -> tuple[
+                          list[MachineParameter], dict[str, float], list[int]]:
     """Fit the parameters of a machine to runs of it; raises `BadRecording` for runs that are not of the machine.
 
     Returns the parameters, the median reduced chi-square of each block, and the runs that are set aside.
     """
-    fit = fit_parameters(machine, require_runs(machine, runs), settings, log)
+    fit = fit_parameters(machine, require_runs(machine, runs), settings, log, executor)
     aside = sorted(set(range(len(runs))) - set(fit.recorded.rows.tolist()))
     return ([_state_parameter(each, machine) for each in estimate_parameters(fit)],
             {name: float(np.median(chi)) for name, chi in fit.chi_square.items()}, aside)
