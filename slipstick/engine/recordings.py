@@ -177,11 +177,17 @@ class Recorded:
                 **{sensor.signal: sensor.unit for sensor in machine.sensors}}
 
     def fine(self, name: str, part: Part) -> np.ndarray:
-        """Return a signal at the instants (n, K) of a part, or constants of runs (n,)."""
+        """Return a signal at the instants (n, K) of a part, or constants of runs (n,); all who read it share it."""
         if identifier_of(name) in part.inputs:
             return part.inputs[identifier_of(name)]
-        values = self.signals[name]
-        return values if values.ndim == 1 else refine(values, part.fine)
+        values, key = self.signals[name], (name, part.fine)
+        if values.ndim == 2 and key not in self._refined:
+            self._refined[key] = refine(values, part.fine)
+        return values if values.ndim == 1 else self._refined[key]
+
+    @cached_property
+    def _refined(self) -> dict[tuple[str, int], np.ndarray]:
+        return {}
 
 
 def explain(recorded: Recorded, explained: Mapping[str, np.ndarray]) -> Recorded:

@@ -19,6 +19,8 @@ from slipstick.machine.declaration import identifier_of
 from slipstick.numerics.threads import in_one_blas_thread
 
 Log = Callable[[str], None]
+_LEAST_CHI = 1e-3
+"""Least chi-square of a run: one without samples that count has none."""
 _TEMPERED = 6
 """Most rounds in which what a part leaves is found to count as noise."""
 _RENEWED = 2
@@ -363,7 +365,7 @@ def renew_noise(bare: Fit) -> Recorded:
 
 def _doubt(bare: Fit, settings: EngineSettings) -> np.ndarray:
     """Return robust deviations (n,) of the runs, by chi-square of the parts and by parameters."""
-    chi = np.log(np.maximum(np.array(list(bare.chi_square.values())), 1e-3)).T
+    chi = np.log(np.maximum(np.array(list(bare.chi_square.values())), _LEAST_CHI)).T
     widest = np.array([term.widest for term in bare.recorded.random])
     by_squares, by_parameters = _deviate(chi, settings.least_spread), np.abs(_deviate(bare.state.points, widest))
     return np.asarray(np.maximum(by_squares.max(axis=1), by_parameters.max(axis=1, initial=0.0)))
@@ -376,6 +378,10 @@ def _deviate(values: np.ndarray, least: np.ndarray | float) -> np.ndarray:
 
 
 def _is_unexplained(chi: np.ndarray, settings: EngineSettings) -> bool:
-    """Whether runs leave more than noise: by a share, and by standard errors over the runs."""
-    error = np.sqrt(chi.var(ddof=1) / len(chi) + (0.25 * settings.unexplained) ** 2)
-    return bool(chi.mean() - 1 > settings.errors * error)
+    """Whether runs leave more than noise: by a share, and by standard errors over the runs.
+
+    Of the logarithms, as chi-square is a scale: what is left very differently in some runs hides nothing.
+    """
+    left = np.log(np.maximum(chi, _LEAST_CHI))
+    error = np.sqrt(left.var(ddof=1) / len(left) + (0.25 * settings.unexplained) ** 2)
+    return bool(left.mean() > settings.errors * error)

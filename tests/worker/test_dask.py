@@ -1,5 +1,6 @@
 """A real Dask scheduler and workers as processes: the same digests as on this machine, also if a worker is killed."""
 
+import json
 import math
 import os
 import shutil
@@ -21,7 +22,9 @@ from slipstick.black_box import BlackBox
 from slipstick.black_box.simulation import FAILED
 from slipstick.building import Plan, axes_of, build_grid
 from slipstick.clutch.ensemble import DEFAULT, Simulator
+from slipstick.engine.simulation import simulate_runs
 from slipstick.errors import InvalidValue
+from slipstick.machine import Machine, list_experiments
 from slipstick.table import Grid, Table
 from tests.benches import HEAVY, NOMINAL
 from worker import cluster
@@ -252,6 +255,24 @@ def test_cases_of_the_evidence_are_answered_alike(dask: Dask, tmp_path: Path) ->
     assert not here.answer.error
     assert replace(there.answer, seconds=0.0) == replace(here.answer, seconds=0.0)
     assert there.truth == here.truth
+
+
+@pytest.mark.slow
+def test_a_study_of_a_machine_computes_its_runs_on_the_cluster(
+        dask: Dask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    machine = Machine.open("two_tanks")
+    experiments = list_experiments(machine)
+    simulate_runs(machine, experiments.take(np.arange(24) % len(experiments)), seed=1).save(tmp_path / "runs.h5")
+    monkeypatch.setattr("slipstick.engine.part_fit._TOGETHER", 8 * len(experiments.time))
+    studied = list[dict[str, object]]()
+    with Cluster(dask.address) as watching:
+        for name, options in (("there", ("--dask", dask.address)), ("here", ())):
+            before = transitions(watching)
+            assert main(["study", str(tmp_path / "runs.h5"), "--machine", "two_tanks",
+                         "--out", str(tmp_path / f"{name}.json"), *options]) == 0
+            studied.append(json.loads((tmp_path / f"{name}.json").read_text())["result"])
+            assert (transitions(watching) > before + 50) == (name == "there")
+    assert studied[0] == studied[1]
 
 
 def transitions(executor: Cluster) -> int:
