@@ -3,11 +3,11 @@
 import datetime
 import threading
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, TypeVar
 
 from dbos import WorkflowStatus
-from fastapi import Header, Path, Query, Request
+from fastapi import Depends, Header, Path, Query, Request
 from pydantic import BaseModel, Field
 from starlette.concurrency import run_in_threadpool
 
@@ -51,6 +51,23 @@ class Job(BaseModel):
                     "while it is queued.")
     ended: datetime.datetime | None = Field(description="Time at which the job ended (UTC); null before that.")
     links: dict[str, str] = Field(description="Addresses of the job and of its result, report and so on, by name.")
+
+
+async def _stores(request: Request) -> Mapping[str, JobStore]:
+    stores: Mapping[str, JobStore] = request.app.state.jobs
+    return stores
+
+
+JobStores = Annotated[Mapping[str, JobStore], Depends(_stores)]
+"""The jobs of each kind."""
+
+
+def store_of(kind: str) -> Any:
+    """Dependency: the jobs of a kind."""
+    async def store(stores: JobStores) -> JobStore:
+        return stores[kind]
+
+    return Depends(store)
 
 
 StatusFilter = Annotated[list[Status] | None, Query(

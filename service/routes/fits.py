@@ -33,6 +33,7 @@ from ..jobs import (
     job_filter,
     job_id_path,
     output_of,
+    store_of,
     submit,
     version_of,
     wait_for_end,
@@ -44,12 +45,7 @@ from ..schemas import LibraryDependency, SettingsDependency
 router = APIRouter(prefix="/v1/fits", tags=["fits"], route_class=JsonRoute)
 
 
-async def _fit_store(request: Request) -> JobStore:
-    store: JobStore = request.app.state.fits
-    return store
-
-
-FitStore = Annotated[JobStore, Depends(_fit_store)]
+FitStore = Annotated[JobStore, store_of("fit")]
 TableFilter = Annotated[str | None, Query(alias="table", description="Only fits of this table.")]
 
 

@@ -9,7 +9,7 @@ from slipstick.storage.library import Library
 from ..bodies import JsonRoute
 from ..error_responses import error_responses
 from ..heartbeats import Heartbeats
-from ..job_store import JobStore
+from ..job_table import JobTable
 from ..problem_details import StoreUnavailable
 from ..recent import Recent
 from ..schemas import SIMULATED, SettingsDependency
@@ -68,17 +68,17 @@ async def health(request: Request) -> Health:
     return await recent.value()
 
 
-def health_of(library: Library, fits: JobStore, studies: JobStore, heartbeats: Heartbeats) -> Health:
+def health_of(library: Library, table: JobTable, heartbeats: Heartbeats) -> Health:
     """Read the folder and the job database; raises `StoreUnavailable` and errors of the database."""
     if not library.folder.is_dir():
         raise StoreUnavailable(f"The folder '{library.folder}' does not exist",
                                "Set SLIPSTICK_TABLES to the folder that contains the tables")
-    jobs = fits.table.states("ENQUEUED", "PENDING")
+    jobs = table.states("ENQUEUED", "PENDING")
 
-    def count(store: JobStore, wanted: str) -> int:
-        return sum(number for kind, state, _, number in jobs if (kind, state) == (store.workflow, wanted))
+    def count(workflow: str, wanted: str) -> int:
+        return sum(number for kind, state, _, number in jobs if (kind, state) == (workflow, wanted))
 
     return Health(status="ok", version=__version__, benches=len(library.benches()), tables=len(library.tables()),
                   recordings=len(library.recordings()), workers=heartbeats.alive(),
-                  fits_waiting=count(fits, "ENQUEUED"), fits_running=count(fits, "PENDING"),
-                  studies_waiting=count(studies, "ENQUEUED"), studies_running=count(studies, "PENDING"))
+                  fits_waiting=count("fit", "ENQUEUED"), fits_running=count("fit", "PENDING"),
+                  studies_waiting=count("study", "ENQUEUED"), studies_running=count("study", "PENDING"))

@@ -32,6 +32,7 @@ from ..jobs import (
     job_id_path,
     output_of,
     require_complete,
+    store_of,
     submit,
     version_of,
     wait_for_end,
@@ -44,12 +45,7 @@ from ..study_schemas import FinishedStudy, ModelSpec, Study, StudyList, StudyReq
 router = APIRouter(prefix="/v1/studies", tags=["studies"], route_class=JsonRoute)
 
 
-async def _study_store(request: Request) -> JobStore:
-    store: JobStore = request.app.state.studies
-    return store
-
-
-StudyStore = Annotated[JobStore, Depends(_study_store)]
+StudyStore = Annotated[JobStore, store_of("study")]
 Wanted = Annotated[JobFilter, Depends(job_filter)]
 StudyId = Annotated[str, job_id_path("study")]
 IdempotencyKey = Annotated[str | None, idempotency_key_header("study")]

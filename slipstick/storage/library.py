@@ -228,6 +228,29 @@ class Library:
             raise UnknownName.of(kind, name, known)
         (self.folder / f"{name}.h5").unlink(missing_ok=True)
 
+    def rename_table(self, name: str, new: str) -> None:
+        """Rename the file of the table `name`, valid or not.
+
+        Raises `UnknownName`, `InvalidValue` if the new name is invalid, and `FileExistsError` if it is taken.
+        """
+        self._rename("table", name, self.tables(), new, "h5")
+
+    def rename_recordings(self, name: str, new: str) -> None:
+        """Rename the file of the recordings `name`, valid or not; raises what `rename_table` raises."""
+        self._rename("recordings file", name, self.recordings(), new, "h5")
+
+    def rename_bench(self, name: str, new: str) -> None:
+        """Rename the file of the bench `name`, valid or not; raises what `rename_table` raises."""
+        self._rename("bench", name, self.benches(), new, "toml")
+
+    def _rename(self, kind: str, name: str, known: list[str], new: str, form: str) -> None:
+        _require_name(new)
+        if name not in known:
+            raise UnknownName.of(kind, name, known)
+        old = self.folder / f"{name}.{form}"
+        os.link(old, self.folder / f"{new}.{form}", follow_symlinks=False)  # a rename could replace a file
+        old.unlink(missing_ok=True)
+
     def _require_engagements(self, count: int) -> None:
         if self.most_engagements is not None and count > self.most_engagements:
             raise LimitExceeded(f"The recordings have {count:,} engagements; the limit is {self.most_engagements:,}",
