@@ -37,7 +37,6 @@ from .routes import (
     front,
     imports,
     index,
-    job_events,
     likelihood,
     operation,
     propagate,
@@ -137,7 +136,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.following = Following(configuration.followers, configuration.follow_seconds)
     app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
     for module in (index, benches, tables, table_upload, recordings, imports, files, evaluate, propagate, likelihood,
-                   fits, job_events, reports, residuals, studies, study_laws, study_reports, umbridge, front,
+                   fits, reports, residuals, studies, study_laws, study_reports, umbridge, front,
                    operation):
         # Not `include_router`, which builds each route again and looks for it through every router, twice.
         app.router.routes.extend(module.router.routes)

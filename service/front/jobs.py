@@ -16,7 +16,8 @@ from ..heartbeats import Heartbeats
 from ..job_filter import ENDED, JobFilter
 from ..job_store import JobStore
 from ..jobs import finished_job, is_partial, output_of
-from ..routes import fits, studies
+from ..routes.fits import FITS
+from ..routes.studies import STUDIES
 from ..study_schemas import Study, StudyWithProgress
 
 _STAGES = {"start": "starting the simulator, which is compiled at its first use", "search": "searching",
@@ -40,8 +41,8 @@ class Jobs:
 
         `steps` is HTML that comes before the jobs.
         """
-        active: list[Active] = [fits.with_progress(self.fits, job) for job in self.fits.active(count)]
-        active += [studies.with_progress(self.studies, job) for job in self.studies.active(count)]
+        active: list[Active] = [FITS.with_progress(self.fits, job) for job in self.fits.active(count)]
+        active += [STUDIES.with_progress(self.studies, job) for job in self.studies.active(count)]
         active.sort(key=lambda job: (job.status != "running", job.ahead or 0))
         counts: Counter[str] = Counter()
         for _, state, _, number in self.fits.table.states("PENDING", "ENQUEUED"):
@@ -57,7 +58,7 @@ class Jobs:
 
     def _list_ended(self, store: JobStore, title: str, count: int) -> str:
         jobs = store.newest(count + 1, 0, JobFilter(status=ENDED))
-        make = studies.without_progress if store is self.studies else fits.without_progress
+        make = STUDIES.without_progress if store is self.studies else FITS.without_progress
         older = Link(f"Show more {title.lower()}", f"/?count={min(1000, 2 * count)}#{title.lower()}")
         return group(title, [_ended_entry(store, make(store, job)) for job in jobs[:count]],
                      f"No {store.workflow} has ended yet.",
