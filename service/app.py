@@ -31,6 +31,7 @@ from .retention import remove_for_ever
 from .revalidation import NotModified, not_modified
 from .routes import (
     benches,
+    calibrations,
     evaluate,
     files,
     fits,
@@ -68,7 +69,8 @@ Slipstick compares a simulation model of a wet friction clutch with test-bench r
 * evaluates shifting times from lookup tables,
 * propagates uncertain inputs by polynomial chaos expansion,
 * computes the likelihood of recordings,
-* fits the distributions of the inputs to recordings, and
+* fits the distributions of the inputs to recordings,
+* calibrates the parameters of a bench or machine to recordings, and
 * runs studies that find, name and measure physical effects missing from the model.
 
 **Terms.** In an engagement, the clutch closes after a shift command; the *shifting time* is the time until its plates
@@ -136,7 +138,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.following = Following(configuration.followers, configuration.follow_seconds)
     app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
     for module in (index, benches, tables, table_upload, recordings, imports, files, evaluate, propagate, likelihood,
-                   fits, reports, residuals, studies, study_laws, study_reports, umbridge, front,
+                   fits, reports, residuals, studies, study_laws, study_reports, calibrations, umbridge, front,
                    operation):
         # Not `include_router`, which builds each route again and looks for it through every router, twice.
         app.router.routes.extend(module.router.routes)

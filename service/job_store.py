@@ -23,7 +23,7 @@ PROGRESS = "progress"
 Queue = Literal["short", "long"]
 """A worker runs one job of each queue at a time, so that a short job does not wait for a long one."""
 APPLICATION = "slipstick"
-KINDS = {"fit": "/v1/fits", "study": "/v1/studies"}
+KINDS = {"fit": "/v1/fits", "study": "/v1/studies", "calibration": "/v1/calibrations"}
 """Workflow name of each kind of jobs -> the path of their list."""
 
 JobInput = dict[str, Any]

@@ -1,4 +1,4 @@
-"""What the routes of fits and studies share: ids and idempotency keys, submission, status, and results."""
+"""What the routes of all jobs share: ids and idempotency keys, submission, status, and results."""
 
 import datetime
 import threading
@@ -40,10 +40,6 @@ class Job(BaseModel):
     note: str | None = Field(
         description="How to start or resume the worker that runs the job; null once the job has ended.")
     problem: str | None = Field(description="Cause of a failure, and its remedy; null unless the job failed.")
-    recordings: str = Field(description="Name of the recordings.")
-    recordings_digest: str = Field(description="SHA-256 digest of the recordings.")
-    settings: dict[str, Any] = Field(  # clients name its class by the title, and StudySettings exists
-        title="All settings", description="All settings of the job, including default values.")
     time_budget: TimeBudget = None
     submitted: datetime.datetime | None = Field(description="Time of submission (UTC).")
     started: datetime.datetime | None = Field(
@@ -68,6 +64,30 @@ def store_of(kind: str) -> Any:
         return stores[kind]
 
     return Depends(store)
+
+
+class RecordedJob(Job):
+    """A job on recordings, and on their bench if it needs one."""
+
+    recordings: str = Field(description="Name of the recordings.")
+    recordings_digest: str = Field(description="SHA-256 digest of the recordings.")
+    bench: str | None = Field(description="Name of the bench; null if none was needed, and for runs of a declared "
+                                          "machine.")
+    bench_digest: str | None = Field(description="SHA-256 digest of the physics of the bench.")
+    sensing_digest: str | None = Field(description="SHA-256 digest of the sensors and priors of the bench.")
+
+
+AllSettings = Annotated[dict[str, Any], Field(  # clients name its class by the title, and StudySettings exists
+    title="All settings", description="All settings of the job, including default values.")]
+MachineOfRuns = Annotated[str | None, Field(description="Name of the declared machine; null for a bench.")]
+
+
+class Progress(BaseModel):
+    """What a running job is doing."""
+
+    doing: str = Field(description="What it is doing, in words.")
+    done: float | None = Field(description="Share that is complete, from 0 to 1; null where it is not known.")
+    budget_left: BudgetLeft = None
 
 
 StatusFilter = Annotated[list[Status] | None, Query(
@@ -188,7 +208,7 @@ def output_of(job: WorkflowStatus) -> dict[str, Any]:
 
 
 def is_of_machine(job: WorkflowStatus) -> bool:
-    """Return whether a job is a study of a declared machine."""
+    """Return whether a job is one of runs of a declared machine."""
     return bool(input_of(job).get("machine"))
 
 

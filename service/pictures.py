@@ -1,4 +1,4 @@
-"""Pictures of fits and studies as responses: a list of them, and each one as Vega-Lite, SVG or PNG."""
+"""Pictures of jobs as responses: a list of them, and each one as Vega-Lite, SVG or PNG."""
 
 import re
 from collections.abc import Mapping

@@ -15,7 +15,7 @@ class Settings(BaseSettings):
     tables: Path = Field(default=Path("tables"), description="Folder that contains the tables and the recordings.")
     jobs: str = Field(
         default="sqlite:///var/jobs.sqlite", repr=False,  # it may contain a password
-        description="URL of the job database (fits and studies); the worker must use the same URL.",
+        description="URL of the job database; the worker must use the same URL.",
     )
     host: str = Field(default="127.0.0.1", description="Address to listen on; 0.0.0.0 listens on all interfaces.")
     port: int = Field(default=8000, ge=0, le=65535, description="Port to listen on.")

@@ -1,4 +1,4 @@
-"""`work`: run the fits and studies submitted to the service, one short and one long job at a time."""
+"""`work`: run the jobs submitted to the service, one short and one long job at a time."""
 
 import argparse
 import logging
@@ -56,7 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     from slipstick.storage.database import file_of, is_server, open_database, shown
 
-    from . import fit_job, heartbeat, jobs, study_job
+    from . import calibration_job, fit_job, heartbeat, jobs, study_job
     from .worker_name import locked_name
 
     if not Path(arguments.tables).is_dir():
@@ -78,15 +78,16 @@ def run(arguments: argparse.Namespace) -> int:
         logging.getLogger("dbos").addFilter(_is_not_cancellation)
         rehearse = [sys.executable, "-m", f"{__package__}.rehearsal"]
         rehearsal = None if arguments.no_compile else subprocess.Popen(rehearse)
-        modules = f"{__package__}.fit_steps", f"{__package__}.study_steps"
+        modules = tuple(f"{__package__}.{kind}_steps" for kind in ("fit", "study", "calibration"))
         computers = {queue: Computer(arguments.tables, modules) for queue in jobs.QUEUES}
         fit_job.register(computers, simulators)
         study_job.register(computers, declared)
+        calibration_job.register(computers, declared)
         DBOS.launch()
         for queue in jobs.QUEUES:
             DBOS.register_queue(queue, worker_concurrency=1, polling_interval_sec=0.2)
         heartbeat.start(engine, name, lock)
-        print(f"Worker {name} is waiting for fits and studies in {shown(arguments.jobs)}", flush=True)
+        print(f"Worker {name} is waiting for jobs in {shown(arguments.jobs)}", flush=True)
         received = signal.sigwait(stops)
         if rehearsal is not None:
             rehearsal.kill()

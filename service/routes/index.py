@@ -9,6 +9,7 @@ from slipstick.storage.library import Library
 from ..bodies import JsonRoute
 from ..error_responses import error_responses
 from ..heartbeats import Heartbeats
+from ..job_store import KINDS
 from ..job_table import JobTable
 from ..problem_details import StoreUnavailable
 from ..recent import Recent
@@ -43,12 +44,15 @@ class Health(BaseModel):
     fits_running: int = Field(description="Number of running fits.")
     studies_waiting: int = Field(description="Number of studies in the queue.")
     studies_running: int = Field(description="Number of running studies.")
+    calibrations_waiting: int = Field(description="Number of calibrations in the queue.")
+    calibrations_running: int = Field(description="Number of running calibrations.")
 
 
 @router.get("", summary="List the resources", responses=error_responses())
 def index(settings: SettingsDependency) -> Index:
     """Return the addresses of all resources, the limits, the version, and the origin of the numbers."""
-    names = ("benches", "tables", "recordings", "evaluate", "propagate", "likelihood", "fits", "studies", "health")
+    names = ("benches", "tables", "recordings", "evaluate", "propagate", "likelihood",
+             *(address.removeprefix("/v1/") for address in KINDS.values()), "health")
     return Index(
         name="Slipstick", version=__version__,
         about="The nominal parameters of the clutch are plausible values for a heavy-vehicle test bench; the paper "
@@ -80,5 +84,5 @@ def health_of(library: Library, table: JobTable, heartbeats: Heartbeats) -> Heal
 
     return Health(status="ok", version=__version__, benches=len(library.benches()), tables=len(library.tables()),
                   recordings=len(library.recordings()), workers=heartbeats.alive(),
-                  fits_waiting=count("fit", "ENQUEUED"), fits_running=count("fit", "PENDING"),
-                  studies_waiting=count("study", "ENQUEUED"), studies_running=count("study", "PENDING"))
+                  **{f"{address.rpartition('/')[2]}_{name}": count(kind, state) for kind, address in KINDS.items()
+                     for name, state in (("waiting", "ENQUEUED"), ("running", "PENDING"))})

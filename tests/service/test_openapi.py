@@ -18,6 +18,7 @@ import jsonschema
 import pytest
 from openapi_python_client.strings import ClassName, PythonIdentifier, pascal_case
 
+from service.job_store import KINDS
 from service.problem_details import MEDIA_TYPE
 
 METHODS = ("get", "post", "put", "patch", "delete")
@@ -206,7 +207,8 @@ def _resolve(document: dict[str, Any], schema: dict[str, Any]) -> dict[str, Any]
 
 
 def _await_example(client: httpx.Client, path: str) -> None:
-    address = "/v1/fits/first-fit" if path.startswith("/v1/fits") else "/v1/studies/first-study"
+    kind = next(kind for kind, address in KINDS.items() if path.startswith(address))
+    address = f"{KINDS[kind]}/first-{kind}"
     while (job := client.get(address).json())["status"] in ("queued", "running"):
         time.sleep(0.1)
     assert job["status"] == "done", job
