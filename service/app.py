@@ -31,6 +31,7 @@ from .retention import remove_for_ever
 from .revalidation import NotModified, not_modified
 from .routes import (
     benches,
+    builds,
     calibrations,
     evaluate,
     files,
@@ -66,7 +67,7 @@ _READING = 3
 _DESCRIPTION = """
 Slipstick compares a simulation model of a wet friction clutch with test-bench recordings. The service
 
-* evaluates shifting times from lookup tables,
+* builds lookup tables of shifting times, and evaluates them,
 * propagates uncertain inputs by polynomial chaos expansion,
 * computes the likelihood of recordings,
 * fits the distributions of the inputs to recordings,
@@ -138,7 +139,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.following = Following(configuration.followers, configuration.follow_seconds)
     app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
     for module in (index, benches, tables, table_upload, recordings, imports, files, evaluate, propagate, likelihood,
-                   fits, reports, residuals, studies, study_laws, study_reports, calibrations, umbridge, front,
+                   fits, reports, residuals, studies, study_laws, study_reports, calibrations, builds, umbridge, front,
                    operation):
         # Not `include_router`, which builds each route again and looks for it through every router, twice.
         app.router.routes.extend(module.router.routes)

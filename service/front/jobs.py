@@ -13,6 +13,7 @@ from slipstick.report.markup import paragraph
 from slipstick.report.words import fitted, listed
 from slipstick.studies.progress import StudyProgress
 
+from ..build_schemas import Build, BuildWithProgress
 from ..calibration_schemas import Calibration, CalibrationWithProgress
 from ..fit_schemas import Fit, FitProgress, FitWithProgress
 from ..front.elements import Entry, Link, group, listings, moment, plural
@@ -21,6 +22,7 @@ from ..job_filter import ENDED, JobFilter
 from ..job_kind import JobKind
 from ..job_store import JobStore
 from ..jobs import Progress, finished_job, is_of_machine, is_partial, output_of
+from ..routes.builds import BUILDS
 from ..routes.calibrations import CALIBRATIONS
 from ..routes.fits import FITS
 from ..routes.studies import STUDIES
@@ -31,9 +33,9 @@ _STAGES = {"start": "starting the simulator, which is compiled at its first use"
            "conclude": "assembling the result"}
 _NO_WORKER = ('<aside class="warnings"><p><strong>No worker is alive.</strong> Jobs wait until one is started: '
               "<code>slipstick work</code></p></aside>")
-Active = FitWithProgress | StudyWithProgress | CalibrationWithProgress
-Listed = Fit | Study | Calibration
-_KINDS: tuple[JobKind[Listed, Active], ...] = (STUDIES, FITS, CALIBRATIONS)
+Active = FitWithProgress | StudyWithProgress | CalibrationWithProgress | BuildWithProgress
+Listed = Fit | Study | Calibration | Build
+_KINDS: tuple[JobKind[Listed, Active], ...] = (STUDIES, FITS, CALIBRATIONS, BUILDS)
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,9 @@ def _links_to_hidden(count: int) -> list[Link]:
 
 
 def _describe_subject(job: Listed) -> str:
+    if isinstance(job, Build):
+        subject = f"the machine “{job.machine}”" if job.machine else f"the bench {job.bench}"
+        return f"Build of the table {job.name} of {subject}"
     if not isinstance(job, Fit):
         subject = f"of the machine “{job.machine}”" if job.machine else f"on the bench {job.bench}"
         return f"{'Study of' if isinstance(job, Study) else 'Calibration to'} “{job.recordings}” {subject}"
@@ -109,8 +114,9 @@ def _describe_stage(job: Active) -> str:
     match job.progress:
         case StudyProgress(step=step, steps=steps, done=done, doing=doing):
             return _bar(f"Steps of {job.id}", done) + paragraph(f"Step {step} of {steps}. {doing}", "doing")
-        case Progress(doing=doing):
-            return paragraph(doing, "doing")
+        case Progress(doing=doing, done=done):
+            bar = "" if done is None else _bar(f"Runs of {job.id}", done)
+            return bar + paragraph(doing[0].upper() + doing[1:], "doing")
         case FitProgress(stage="search", done=done, seconds_left=left):
             rest = "" if left is None else f", at most {_round_seconds(left)} left"
             return _bar(f"Search of {job.id}", done) + paragraph(f"Searching: {_percent(done)}{rest}", "doing")
@@ -141,8 +147,9 @@ def _ended_entry(store: JobStore, job: Listed) -> Entry:
         cause = paragraph(str(store.find(job.id).error), "doing") if job.status == "failed" else ""
         return Entry(job.id, address, about, job.status, cause, [Link("Status as JSON", address)])
     answer = paragraph(_answer(store, job.id, str(job.ended)), "answer")
-    return Entry(job.id, job.links["report"], about, "", answer, [
-        Link("Report", job.links["report"]), Link("Result as JSON", job.links["result"]),
+    page = f"/tables/{job.name}" if isinstance(job, Build) else job.links["report"]
+    return Entry(job.id, page, about, "", answer, [
+        Link("Table" if isinstance(job, Build) else "Report", page), Link("Result as JSON", job.links["result"]),
         *([Link("Residuals as CSV", f"{job.links['residuals']}?format=csv")] if "residuals" in job.links else [])])
 
 
@@ -153,6 +160,10 @@ def _answer(store: JobStore, id: str, ended: str) -> str:
     output = output_of(job)
     if store.workflow == "study":
         return str(output["result"]["sentence"])
+    if store.workflow == "build":
+        shape = " × ".join(map(str, output["result"]["shape"]))
+        without = sum(number for name, number in output["result"]["statuses"].items() if name != "locked")
+        return f"{shape} runs, {without:,} of them without an output"
     if store.workflow == "calibration":
         result = MachineCalibration if is_of_machine(job) else CalibrationResult
         return result.from_dict(output["result"]).summary()[0]
