@@ -1,1 +1,1 @@
-"""The REST service: tables, recordings, uncertainty propagation, likelihood, fits and studies."""
+"""The REST service: tables, recordings, uncertainty propagation, likelihood, and jobs."""

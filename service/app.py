@@ -21,7 +21,7 @@ from .drawings import Drawings
 from .failures import HeadRequests, UnexpectedErrors
 from .following import Following
 from .heartbeats import Heartbeats
-from .job_store import APPLICATION, JobStore, connect
+from .job_store import APPLICATION, connect, job_stores
 from .job_table import JobTable
 from .metrics import RequestMetrics, StateMetrics
 from .observation import Observed
@@ -31,13 +31,14 @@ from .retention import remove_for_ever
 from .revalidation import NotModified, not_modified
 from .routes import (
     benches,
-    deletion,
+    builds,
+    calibrations,
     evaluate,
+    files,
     fits,
     front,
     imports,
     index,
-    job_events,
     likelihood,
     operation,
     propagate,
@@ -66,10 +67,11 @@ _READING = 3
 _DESCRIPTION = """
 Slipstick compares a simulation model of a wet friction clutch with test-bench recordings. The service
 
-* evaluates shifting times from lookup tables,
+* builds lookup tables of shifting times, and evaluates them,
 * propagates uncertain inputs by polynomial chaos expansion,
 * computes the likelihood of recordings,
-* fits the distributions of the inputs to recordings, and
+* fits the distributions of the inputs to recordings,
+* calibrates the parameters of a bench or machine to recordings, and
 * runs studies that find, name and measure physical effects missing from the model.
 
 **Terms.** In an engagement, the clutch closes after a shift command; the *shifting time* is the time until its plates
@@ -86,7 +88,7 @@ likelihood is the sum of the base-10 logarithms of these densities; a difference
 
 **Tokens.** If the service has a token file, requests need a token, as `Authorization: Bearer TOKEN` or as the password
 of Basic authentication. Reading needs one of the role `read`; computations, uploads and jobs need `run`; the deletion
-of tables and recordings needs `admin`. Each role includes those before it. The health checks need no token. The
+and renaming of files needs `admin`. Each role includes those before it. The health checks need no token. The
 operations of UM-Bridge need none either, and answer only the machine of the service.
 
 *The paper* is Tod et al., *Parametric Uncertainty Quantification Using Polynomial Chaos Expansions Applied to a Wet
@@ -106,11 +108,10 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         client = connect(configuration.jobs)
         engine = open_database(configuration.jobs)
         table = JobTable(engine, APPLICATION)
-        app.state.fits = JobStore(client, table, "fit", "/v1/fits")
-        app.state.studies = JobStore(client, table, "study", "/v1/studies")
+        app.state.jobs = job_stores(client, table)
         app.state.heartbeats = heartbeats = Heartbeats(engine)
         app.state.health = Recent(
-            partial(index.health_of, app.state.library, app.state.fits, app.state.studies, heartbeats), _HEALTH_SECONDS)
+            partial(index.health_of, app.state.library, table, heartbeats), _HEALTH_SECONDS)
         state = StateMetrics(table, heartbeats, app.state.computations, app.state.following)
         metrics.registry.register(state)
         removal = asyncio.create_task(remove_for_ever(client, configuration))
@@ -137,8 +138,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.drawings = Drawings()
     app.state.following = Following(configuration.followers, configuration.follow_seconds)
     app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
-    for module in (index, benches, tables, table_upload, recordings, imports, deletion, evaluate, propagate, likelihood,
-                   fits, job_events, reports, residuals, studies, study_laws, study_reports, umbridge, front,
+    for module in (index, benches, tables, table_upload, recordings, imports, files, evaluate, propagate, likelihood,
+                   fits, reports, residuals, studies, study_laws, study_reports, calibrations, builds, umbridge, front,
                    operation):
         # Not `include_router`, which builds each route again and looks for it through every router, twice.
         app.router.routes.extend(module.router.routes)

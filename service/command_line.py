@@ -20,7 +20,7 @@ examples:
   SLIPSTICK_PORT=9000 SLIPSTICK_LOG=json slipstick serve
   SLIPSTICK_HOST=0.0.0.0 SLIPSTICK_HOSTS=bench.example SLIPSTICK_TOKENS=tokens.txt slipstick serve
 
-Fits and studies also need a worker on the same job database: slipstick work
+Jobs, such as fits and studies, also need a worker on the same job database: slipstick work
 More: docs/settings.md, docs/operations.md, docs/rest.md"""
 _WIDTH = 100
 _SWITCH_SECONDS = 0.001

@@ -9,7 +9,7 @@ from slipstick.uncertainty.chaos import HIGHEST_ORDER, Family, Rule
 from slipstick.uncertainty.fit import FitSettings
 from slipstick.uncertainty.fit.settings import Integration, Method
 
-from .jobs import Ahead, BudgetLeft, Job, TimeBudget
+from .jobs import Ahead, AllSettings, BudgetLeft, RecordedJob, TimeBudget
 from .paging import Page
 from .schemas import (
     BenchName,
@@ -106,14 +106,12 @@ class FitRequest(StrictModel):
     time_budget: TimeBudget = DEFAULT
 
 
-class Fit(Job):
+class Fit(RecordedJob):
     """A fit without its progress and result."""
 
     table: str = Field(description="Name of the table.")
     table_digest: TableDigest
-    bench: str | None = Field(description="Name of the bench; null if none was needed.")
-    bench_digest: str | None = Field(description="SHA-256 digest of the physics of the bench.")
-    sensing_digest: str | None = Field(description="SHA-256 digest of the sensors and priors of the bench.")
+    settings: AllSettings
     simulate: bool = Field(description="Whether the simulator is run instead of interpolating the table.")
     parameters: list[str] = Field(description="Names of the uncertain inputs.")
     outside: OutsidePolicy

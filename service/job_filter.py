@@ -16,13 +16,15 @@ ACTIVE: tuple[Status, ...] = ("queued", "running")
 
 @dataclass(frozen=True)
 class JobFilter:
-    """The jobs with one of `status`, submitted at or after `since`, of these recordings and this table; all by default.
-    """
+    """The jobs with one of `status`, submitted at or after `since`, of these files; all by default."""
 
     status: Sequence[Status] | None = None
     since: datetime.datetime | None = None
     recordings: str | None = None
     table: str | None = None
+    bench: str | None = None
+    name: str | None = None
+    """That of the table that a job builds."""
 
     @property
     def states(self) -> list[str] | None:
@@ -32,5 +34,5 @@ class JobFilter:
     @property
     def inputs(self) -> dict[str, str]:
         """What the inputs of jobs have to contain, by name."""
-        given = {"recordings": self.recordings, "table": self.table}
+        given = {"recordings": self.recordings, "table": self.table, "bench": self.bench, "name": self.name}
         return {name: value for name, value in given.items() if value is not None}

@@ -6,6 +6,7 @@ workflow names `fit` and `study`, and on the input of each workflow: a JSON obje
 and `outside`.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -22,6 +23,9 @@ PROGRESS = "progress"
 Queue = Literal["short", "long"]
 """A worker runs one job of each queue at a time, so that a short job does not wait for a long one."""
 APPLICATION = "slipstick"
+KINDS = {"fit": "/v1/fits", "study": "/v1/studies", "calibration": "/v1/calibrations",
+         "build": "/v1/builds"}
+"""Workflow name of each kind of jobs -> the path of their list."""
 
 JobInput = dict[str, Any]
 _ALL = JobFilter()
@@ -66,6 +70,10 @@ class JobStore:
             raise UnknownName(f"There is no {self.workflow} '{id}'", f"GET {self.address} returns the existing ids")
         return jobs[0]
 
+    def has(self, id: str) -> bool:
+        """Whether there is a job with the id `id`."""
+        return bool(self.client.list_workflows(workflow_ids=[id], name=self.workflow, load_output=False))
+
     def newest(self, limit: int, offset: int, wanted: JobFilter = _ALL) -> list[WorkflowStatus]:
         """Return the wanted jobs, newest first, without their outputs; those that failed with the cause."""
         ids = self.table.newest(self.workflow, wanted, limit, offset)
@@ -104,3 +112,8 @@ class JobStore:
         if job.status != "ENQUEUED":
             return None
         return self.table.ahead(job.workflow_id, str(job.queue_name), int(job.created_at or 0))
+
+
+def job_stores(client: DBOSClient, table: JobTable) -> Mapping[str, JobStore]:
+    """Return the jobs of each kind."""
+    return {kind: JobStore(client, table, kind, address) for kind, address in KINDS.items()}

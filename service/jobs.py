@@ -1,13 +1,13 @@
-"""What the routes of fits and studies share: ids and idempotency keys, submission, status, and results."""
+"""What the routes of all jobs share: ids and idempotency keys, submission, status, and results."""
 
 import datetime
 import threading
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, TypeVar
 
 from dbos import WorkflowStatus
-from fastapi import Header, Path, Query, Request
+from fastapi import Depends, Header, Path, Query, Request
 from pydantic import BaseModel, Field
 from starlette.concurrency import run_in_threadpool
 
@@ -40,10 +40,6 @@ class Job(BaseModel):
     note: str | None = Field(
         description="How to start or resume the worker that runs the job; null once the job has ended.")
     problem: str | None = Field(description="Cause of a failure, and its remedy; null unless the job failed.")
-    recordings: str = Field(description="Name of the recordings.")
-    recordings_digest: str = Field(description="SHA-256 digest of the recordings.")
-    settings: dict[str, Any] = Field(  # clients name its class by the title, and StudySettings exists
-        title="All settings", description="All settings of the job, including default values.")
     time_budget: TimeBudget = None
     submitted: datetime.datetime | None = Field(description="Time of submission (UTC).")
     started: datetime.datetime | None = Field(
@@ -51,6 +47,47 @@ class Job(BaseModel):
                     "while it is queued.")
     ended: datetime.datetime | None = Field(description="Time at which the job ended (UTC); null before that.")
     links: dict[str, str] = Field(description="Addresses of the job and of its result, report and so on, by name.")
+
+
+async def _stores(request: Request) -> Mapping[str, JobStore]:
+    stores: Mapping[str, JobStore] = request.app.state.jobs
+    return stores
+
+
+JobStores = Annotated[Mapping[str, JobStore], Depends(_stores)]
+"""The jobs of each kind."""
+
+
+def store_of(kind: str) -> Any:
+    """Dependency: the jobs of a kind."""
+    async def store(stores: JobStores) -> JobStore:
+        return stores[kind]
+
+    return Depends(store)
+
+
+class RecordedJob(Job):
+    """A job on recordings, and on their bench if it needs one."""
+
+    recordings: str = Field(description="Name of the recordings.")
+    recordings_digest: str = Field(description="SHA-256 digest of the recordings.")
+    bench: str | None = Field(description="Name of the bench; null if none was needed, and for runs of a declared "
+                                          "machine.")
+    bench_digest: str | None = Field(description="SHA-256 digest of the physics of the bench.")
+    sensing_digest: str | None = Field(description="SHA-256 digest of the sensors and priors of the bench.")
+
+
+AllSettings = Annotated[dict[str, Any], Field(  # clients name its class by the title, and StudySettings exists
+    title="All settings", description="All settings of the job, including default values.")]
+MachineOfRuns = Annotated[str | None, Field(description="Name of the declared machine; null for a bench.")]
+
+
+class Progress(BaseModel):
+    """What a running job is doing."""
+
+    doing: str = Field(description="What it is doing, in words.")
+    done: float | None = Field(description="Share that is complete, from 0 to 1; null where it is not known.")
+    budget_left: BudgetLeft = None
 
 
 StatusFilter = Annotated[list[Status] | None, Query(
@@ -90,16 +127,21 @@ def _example(kind: str) -> Any:
     return {f"first-{kind}": {"summary": f"The {kind} submitted by the example request", "value": f"first-{kind}"}}
 
 
-def submit(store: JobStore, key: str | None, job_input: JobInput, queue: Queue) -> WorkflowStatus:
+def submit(store: JobStore, key: str | None, job_input: JobInput, queue: Queue,
+           check: Callable[[], None] = lambda: None) -> WorkflowStatus:
     """Enqueue a job, or return the existing job with this key and this input; raises `Conflict`.
 
-    The time budget does not count, because complete results do not depend on it. A job that it has ended is replaced:
+    `check` is called before a new job, and may raise.
+
+    Limits do not count, as complete results do not depend on them. A job that it has ended is replaced:
     its result depends on the clock, and is not used again.
     """
     id = key or str(uuid.uuid4())
     with _SUBMITTING:
+        if not store.has(id):
+            check()
         job = store.submit(id, job_input, queue)
-        is_same = _without_budget(input_of(job)) == _without_budget(job_input)
+        is_same = _without_limits(input_of(job)) == _without_limits(job_input)
         if is_same and _has_run_out_of_time(job):
             store.delete(id)
             job = store.submit(id, job_input, queue)
@@ -113,8 +155,8 @@ def _has_run_out_of_time(job: WorkflowStatus) -> bool:
     return is_partial(job) or getattr(job.error, "name", None) == TimeBudgetEnded.__name__
 
 
-def _without_budget(job_input: JobInput) -> JobInput:
-    return {name: value for name, value in job_input.items() if name != "time_budget"}
+def _without_limits(job_input: JobInput) -> JobInput:
+    return {name: value for name, value in job_input.items() if name not in ("time_budget", "most_runs")}
 
 
 _J = TypeVar("_J", bound=Job)
@@ -131,12 +173,14 @@ async def wait_for_end(following: Following, request: Request, key: str, read: C
     return job
 
 
-def delete(store: JobStore, id: str) -> None:
-    """Delete a job that has ended; raises `UnknownName`, and `Conflict` if it is queued or running."""
-    status = STATUS[store.find(id).status]
+def delete(store: JobStore, id: str) -> JobInput:
+    """Delete a job that has ended, and return its input; raises `UnknownName`, and `Conflict` if it has not ended."""
+    job = store.find(id)
+    status = STATUS[job.status]
     if status in ("queued", "running"):
         raise Conflict(f"The {store.workflow} '{id}' is {status}", f"POST {store.address}/{id}/cancel first")
     store.delete(id)
+    return input_of(job)
 
 
 def input_of(job: WorkflowStatus) -> JobInput:
@@ -171,7 +215,7 @@ def output_of(job: WorkflowStatus) -> dict[str, Any]:
 
 
 def is_of_machine(job: WorkflowStatus) -> bool:
-    """Return whether a job is a study of a declared machine."""
+    """Return whether a job is one of runs of a declared machine."""
     return bool(input_of(job).get("machine"))
 
 

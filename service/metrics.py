@@ -15,10 +15,11 @@ from .computations import Computations
 from .following import Following
 from .heartbeats import Heartbeats
 from .job_filter import STATUS
+from .job_store import KINDS
 from .job_table import JobTable
 
 _SECONDS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30, 100, 300)
-_METHODS = ("GET", "HEAD", "POST", "DELETE", "OPTIONS")
+_METHODS = ("GET", "HEAD", "POST", "PATCH", "DELETE", "OPTIONS")
 
 
 class RequestMetrics:
@@ -71,7 +72,7 @@ class StateMetrics(Collector):
             counts[kind, STATUS[state]] += number
             if STATUS[state] == "queued" and queue:
                 queues[queue] += number
-        for kind in ("fit", "study"):
+        for kind in KINDS:
             for status in dict.fromkeys(STATUS.values()):
                 jobs.add_metric((kind, status), counts[kind, status])
         waiting = GaugeMetricFamily("slipstick_queue_jobs", "Jobs that wait in each queue", labels=("queue",))

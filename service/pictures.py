@@ -1,4 +1,4 @@
-"""Pictures of fits and studies as responses: a list of them, and each one as Vega-Lite, SVG or PNG."""
+"""Pictures of jobs as responses: a list of them, and each one as Vega-Lite, SVG or PNG."""
 
 import re
 from collections.abc import Mapping
@@ -44,7 +44,7 @@ class PictureList(BaseModel):
 
 def picture_name_path(captions: Mapping[str, str], example: str, summary: str) -> Any:
     """Path parameter for the name of a picture; `captions` has the possible names as keys."""
-    return Path(description=f"Name of the picture: {', '.join(captions)}.",
+    return Path(alias="name", description=f"Name of the picture: {', '.join(captions)}.",
                 openapi_examples={example: {"summary": summary, "value": example}})
 
 

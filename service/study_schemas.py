@@ -6,15 +6,17 @@ from typing import Annotated, Any
 import orjson
 from pydantic import BaseModel, Field, TypeAdapter, ValidatorFunctionWrapHandler, WrapValidator
 
+from slipstick.bench import Bench
 from slipstick.engine.settings import EngineSettings
 from slipstick.interface.machine_study import settings_of
+from slipstick.interface.models import model_of, parse_model
 from slipstick.machine_studies import MachineStudyResult
 from slipstick.studies import StudyResult, StudySettings
 from slipstick.studies.progress import StudyProgress
 from slipstick.studies.result import Law
 from slipstick.time_budget import DEFAULT
 
-from .jobs import Ahead, Job, TimeBudget
+from .jobs import Ahead, AllSettings, MachineOfRuns, RecordedJob, TimeBudget
 from .paging import Page
 from .schemas import BenchName, RecordingsDigest, RecordingsName, StrictModel
 
@@ -47,13 +49,11 @@ class StudyRequest(StrictModel):
     time_budget: TimeBudget = DEFAULT
 
 
-class Study(Job):
+class Study(RecordedJob):
     """A study without its progress and result."""
 
-    bench: str | None = Field(description="Name of the bench; null for runs of a declared machine.")
-    machine: str | None = Field(default=None, description="Name of the declared machine; null for a bench.")
-    bench_digest: str | None = Field(description="SHA-256 digest of the physics of the bench.")
-    sensing_digest: str | None = Field(description="SHA-256 digest of the sensors and priors of the bench.")
+    machine: MachineOfRuns = None
+    settings: AllSettings
 
 
 class StudyWithProgress(Study):
@@ -113,3 +113,19 @@ class ModelSpec(BaseModel):
     laws: list[dict[str, Any]] | None = Field(
         default=None, description="Measured laws, absent if the model has none: the change of a quantity at points of "
                                   "what it depends on, with units; linear between them, constant outside.")
+
+
+StartModel = Annotated[ModelSpec | None, Field(
+    description="A model of the bench, as `/v1/calibrations/{id}/model` and `/v1/studies/{id}/model` return it; by "
+                "default that with the nominal parameters.")]
+
+
+def model_input(bench: Bench | None, model: ModelSpec | None) -> dict[str, Any]:
+    """The model of a job as part of its input, with its digest, both null without one.
+
+    Raises `InvalidValue` and `UnknownName`, also for a model of another bench.
+    """
+    if bench is None or model is None:
+        return {"model": None, "model_digest": None}
+    parsed = model_of(bench, parse_model(model.model_dump(exclude_unset=True), "`model`"))
+    return {"model": parsed.spec(), "model_digest": parsed.digest}

@@ -22,7 +22,7 @@ from .umbridge.errors import PREFIX
 
 Role = Literal["read", "run", "admin"]
 """`read`: everything that changes nothing and stores nothing. `run`: also computations, uploads and jobs. `admin`: also
-the deletion of files, which others may need."""
+the deletion and renaming of files, which others may need."""
 ROLES: tuple[Role, ...] = get_args(Role)
 
 _NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}"
@@ -59,7 +59,8 @@ def required_role(method: str, path: str) -> Role | None:
         return None
     if method in READING:
         return None if path in _OPEN or path.startswith("/static/") else "read"
-    return "admin" if method == "DELETE" and path.startswith(("/v1/tables/", "/v1/recordings/")) else "run"
+    is_file = path.startswith(("/v1/tables/", "/v1/recordings/", "/v1/benches/"))
+    return "admin" if is_file and method in ("DELETE", "PATCH") else "run"
 
 
 def new_token(name: str, role: Role) -> tuple[str, str]:

@@ -3,6 +3,7 @@
 A result is complete or partial. A complete one is the same whatever the budget was; a partial one depends on the clock.
 """
 
+import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,12 +18,14 @@ DEFAULT = 86_400.0
 
 
 def seconds_of(budget: float | str | None) -> float:
-    """A time budget in s, from a number of seconds or a text such as "2 min"; None is the default.
+    """A time budget in s, from a number of seconds or a text such as "2 min"; None is the default, infinity none.
 
     Raises `InvalidValue`.
     """
     if budget is None:
         return DEFAULT
+    if budget == math.inf:
+        return math.inf
     try:
         seconds = in_unit(budget if isinstance(budget, str) else f"{budget} s", "s")
     except NotAQuantity as error:

@@ -107,7 +107,8 @@ MAY_IMPORT = {
     "slipstick.pictures.study": "scipy slipstick.clutch.effects slipstick.pictures slipstick.recordings.signals "
                                 "slipstick.studies",
     "slipstick.report": "numpy slipstick.__version__ slipstick.pictures slipstick.recordings slipstick.time_budget",
-    "slipstick.report.calibration": "slipstick.bench slipstick.calibration slipstick.recordings.signals",
+    "slipstick.report.calibration": "slipstick.bench slipstick.calibration slipstick.machine_studies "
+                                    "slipstick.pictures slipstick.recordings.signals slipstick.report",
     "slipstick.report.imported": "slipstick.__version__ slipstick.acquisition slipstick.bench slipstick.machine "
                                  "slipstick.pictures slipstick.recordings.signals slipstick.report",
     "slipstick.report.machine_study": "slipstick.machine_studies slipstick.pictures slipstick.report "

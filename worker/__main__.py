@@ -36,7 +36,7 @@ GROUPS = {
         "propagate": "propagate uncertain inputs through a table: mean, std, quantiles and Sobol indices"},
     "service": {
         "serve": "start the REST service and its pages, with a worker if wanted (`--with-worker`)",
-        "work": "run the fits and studies submitted to the service; interrupted jobs resume at the next start",
+        "work": "run the jobs submitted to the service; interrupted jobs resume at the next start",
         "token": "make a token for a user of the service",
         "completion": "print the completion of commands and options for bash, zsh or fish"},
 }

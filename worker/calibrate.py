@@ -47,12 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
         result = calibrate(bench, recordings, model=arguments.model, budget=arguments.time_budget,
                            progress=line.step)
     print(result.text)
-    calibration = result.calibration
-    if calibration.at_bound:
-        bounds = ", ".join(f"{name} ({p.lower:g} to {p.upper:g} times nominal)" for name in calibration.at_bound
-                           for p in [bench.prior(name)])
-        raise InvalidValue(f"The calibration was not written, because parameters are at a bound: {bounds}",
-                           "Look for an effect that the model lacks (`study`), or start from another --model")
+    result.calibration.require_inside()
     if arguments.out:
         result.save(arguments.out)
         print(f"Wrote {arguments.out}\nBuild a table of the calibrated model: "

@@ -36,6 +36,10 @@ class Report:
         """Publish the progress of the job, as JSON."""
         self.send(("progress", progress))
 
+    def say(self, doing: str, done: float | None) -> None:
+        """Publish what the step is `doing`, and its share that is complete, if it is known."""
+        self({"doing": doing, "done": done})
+
     def keep(self, result: dict[str, Any]) -> None:
         """Hand over what the step would return if its time ended now."""
         self.send(("kept", result))

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.bench import Bench, Conditions
+from slipstick.bench import Conditions
 from slipstick.black_box import BlackBoxDescription
 from slipstick.inference.fitting import FitTask
 from slipstick.inference.problems import machine_problem, require_reach, simulated_problem, table_problem
@@ -24,7 +24,7 @@ from slipstick.uncertainty import fit
 from slipstick.uncertainty.likelihood import InferenceProblem, ShiftingTimeModel
 
 from .computing import Report
-from .orders import Checkpoint, Order, require_same
+from .orders import Checkpoint, Order, bench_of, require_same
 from .simulators import Simulators
 
 _STEP_SECONDS = 1.0
@@ -42,7 +42,7 @@ def start(library: Library, report: Report, simulators: Simulators, order: Order
     if order["simulate"]:
         require_reach(_Progress(task, report, "start").problem(state), output_of(task.model))
         if not isinstance(task.model, BlackBoxDescription):
-            require_match(library.recording(order["recordings"]), _bench(library, order), task.model)
+            require_match(library.recording(order["recordings"]), bench_of(library, order, "fit"), task.model)
     return {"state": state, **stage_times({}, "open", begin)}
 
 
@@ -140,12 +140,5 @@ def _open(library: Library, simulators: Simulators, order: Order) -> FitTask:
                                   order["parameters"])
     else:
         problem = simulated_problem(table.clutch, library.recording(order["recordings"]), order["parameters"],
-                                    _bench(library, order), simulators.of_clutch)
+                                    bench_of(library, order, "fit"), simulators.of_clutch)
     return FitTask(fit.FitSettings.from_dict(order["settings"]), problem, table.model, recordings)
-
-
-def _bench(library: Library, order: Order) -> Bench:
-    bench = library.bench(order["bench"])
-    require_same(order, "bench", bench.digest, "fit")
-    require_same(order, "sensing", bench.sensing_digest, "fit")
-    return bench

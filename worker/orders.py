@@ -5,7 +5,10 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from slipstick.bench import Bench
 from slipstick.errors import InvalidValue, WrongDigest
+from slipstick.machine import Runs
+from slipstick.storage.library import Library
 from slipstick.time_budget import DEFAULT, seconds_of
 
 Order = dict[str, Any]
@@ -22,6 +25,34 @@ def require_same(order: Order, kind: str, digest: str, job: str) -> None:
     if digest != order[f"{kind}_digest"]:
         changed = "sensors or priors of the bench" if kind == "sensing" else f"{kind} '{order[kind]}'"
         raise WrongDigest(f"The {changed} changed after the {job} was submitted", f"Submit the {job} again")
+
+
+def bench_of(library: Library, order: Order, job: str) -> Bench:
+    """The bench of a job; raises `WrongDigest` if it has changed since the submission."""
+    bench = library.bench(order["bench"])
+    require_same(order, "bench", bench.digest, job)
+    require_same(order, "sensing", bench.sensing_digest, job)
+    return bench
+
+
+def runs_of(library: Library, order: Order, job: str) -> Runs:
+    """The runs of a declared machine of a job; raises `WrongDigest` if they have changed since the submission."""
+    runs = library.recorded(order["recordings"])
+    require_same(order, "recordings", runs.digest, job)
+    if not isinstance(runs, Runs):
+        raise InvalidValue(f"'{order['recordings']}' are no runs of a declared machine", f"Submit the {job} again")
+    return runs
+
+
+def file_of_machine(machines: Mapping[str, str], order: Order) -> str:
+    """The path of the file of a job's declared machine, among those that the worker was given; raises `InvalidValue`.
+
+    The service names no file, so that it cannot decide what the worker runs.
+    """
+    if order["machine"] not in machines:
+        raise InvalidValue(f"This worker has no machine '{order['machine']}'",
+                           "Start it with `work --machine FILE.py`, the file that declares the machine")
+    return machines[order["machine"]]
 
 
 def add_time_budget_argument(parser: argparse.ArgumentParser) -> None:

@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--jobs", metavar="URL",
                         help="URL of the job database (SLIPSTICK_JOBS; default: sqlite:///var/jobs.sqlite)")
     parser.add_argument("--with-worker", action="store_true",
-                        help="run a worker for fits and studies beside it, and end both together")
+                        help="run a worker for the jobs beside it, and end both together")
     parser.add_argument("--no-compile", action="store_true",
                         help="the worker does not compile what jobs run in the background, as with `work --no-compile`")
 

@@ -8,12 +8,10 @@ from typing import Any
 
 from dbos import DBOS, WorkflowSerializationFormat
 
-from slipstick.errors import InvalidValue
-
 from . import study_steps
 from .computing import TimeEnded
 from .jobs import Computers, compute
-from .orders import Checkpoint, Order, time_left, with_time
+from .orders import Checkpoint, Order, file_of_machine, time_left, with_time
 
 
 def register(computers: Computers, machines: Mapping[str, str], dask: str | None = None) -> None:
@@ -25,12 +23,9 @@ def register(computers: Computers, machines: Mapping[str, str], dask: str | None
 
     @DBOS.step(name="study.machine")
     def machine(order: Order) -> dict[str, Any]:
-        if order["machine"] not in machines:
-            raise InvalidValue(f"This worker has no machine '{order['machine']}'",
-                               "Start it with `work --machine FILE.py`, the file that declares the machine")
+        file = file_of_machine(machines, order)
         try:
-            return compute(computers, study_steps.study_declared, machines[order["machine"]], dask, order,
-                           seconds=time_left(order, {}))
+            return compute(computers, study_steps.study_declared, file, dask, order, seconds=time_left(order, {}))
         except TimeEnded as ended:
             return study_steps.end_declared(order, ended.kept, ended.seconds)
 

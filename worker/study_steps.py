@@ -9,8 +9,7 @@ from typing import Any
 
 from slipstick.bench import Bench
 from slipstick.engine.settings import EngineSettings
-from slipstick.errors import InvalidValue
-from slipstick.machine import Machine, Runs
+from slipstick.machine import Machine
 from slipstick.machine_studies import MachineFigures, MachineStudyResult, study_machine
 from slipstick.machine_studies.study import Studied, end_early
 from slipstick.recordings import Recordings
@@ -22,7 +21,7 @@ from slipstick.time_budget import TimeBudgetEnded, clock_times, stage_times
 
 from .computing import Report
 from .executors import cluster_at
-from .orders import Checkpoint, Order, require_same
+from .orders import Checkpoint, Order, bench_of, require_same, runs_of
 
 _REPORT_SECONDS = 0.5
 
@@ -54,10 +53,7 @@ def deliver(library: Library, report: Report, order: Order, checkpoint: Checkpoi
 
 def study_declared(library: Library, report: Report, machine: str, dask: str | None, order: Order) -> dict[str, Any]:
     """The output of the job of a declared machine, of whose file this is the path, by a Dask scheduler if given."""
-    begin, runs, kept = clock_times(), library.recorded(order["recordings"]), list[Studied]()
-    require_same(order, "recordings", runs.digest, "study")
-    if not isinstance(runs, Runs):
-        raise InvalidValue(f"'{order['recordings']}' are no runs of a declared machine", "Submit the study again")
+    begin, runs, kept = clock_times(), runs_of(library, order, "study"), list[Studied]()
     log = _log(report)
 
     def keep(named: Studied) -> None:
@@ -109,7 +105,4 @@ def _log(report: Report) -> Log:
 def _open(library: Library, order: Order) -> _Task:
     recordings = library.recording(order["recordings"])
     require_same(order, "recordings", recordings.digest, "study")
-    bench = library.bench(order["bench"])
-    require_same(order, "bench", bench.digest, "study")
-    require_same(order, "sensing", bench.sensing_digest, "study")
-    return _Task(StudySettings.from_dict(order["settings"]), bench, recordings)
+    return _Task(StudySettings.from_dict(order["settings"]), bench_of(library, order, "study"), recordings)

@@ -25,7 +25,7 @@ def first_steps(library: Library, workers: int, jobs: int, address: str) -> str:
                       f"curl --data-binary @mine.csv --header 'Content-Type: text/csv' '{address}/v1/recordings?name="
                       f"mine&bench={bench}'"))
     if not workers:
-        steps.append(("Start a worker, which runs fits and studies.", "slipstick work"))
+        steps.append(("Start a worker, which runs all jobs.", "slipstick work"))
     if not jobs:
         name = recordings[-1] if recordings else "mine"
         steps.append(("Submit a study: which physical effect do the recordings show and the model lack?",

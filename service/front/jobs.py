@@ -1,22 +1,31 @@
 """The jobs of the front page: what runs and waits with its progress, and what has ended with its answer."""
 
 from collections import Counter
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from html import escape
 
+from slipstick.interface.calibrate import CalibrationResult
+from slipstick.interface.machine_study import MachineCalibration
 from slipstick.pictures.theme import in_words
 from slipstick.report.markup import paragraph
 from slipstick.report.words import fitted, listed
 from slipstick.studies.progress import StudyProgress
 
+from ..build_schemas import Build, BuildWithProgress
+from ..calibration_schemas import Calibration, CalibrationWithProgress
 from ..fit_schemas import Fit, FitProgress, FitWithProgress
 from ..front.elements import Entry, Link, group, listings, moment, plural
 from ..heartbeats import Heartbeats
 from ..job_filter import ENDED, JobFilter
+from ..job_kind import JobKind
 from ..job_store import JobStore
-from ..jobs import finished_job, is_partial, output_of
-from ..routes import fits, studies
+from ..jobs import Progress, finished_job, is_of_machine, is_partial, output_of
+from ..routes.builds import BUILDS
+from ..routes.calibrations import CALIBRATIONS
+from ..routes.fits import FITS
+from ..routes.studies import STUDIES
 from ..study_schemas import Study, StudyWithProgress
 
 _STAGES = {"start": "starting the simulator, which is compiled at its first use", "search": "searching",
@@ -24,15 +33,16 @@ _STAGES = {"start": "starting the simulator, which is compiled at its first use"
            "conclude": "assembling the result"}
 _NO_WORKER = ('<aside class="warnings"><p><strong>No worker is alive.</strong> Jobs wait until one is started: '
               "<code>slipstick work</code></p></aside>")
-Active = FitWithProgress | StudyWithProgress
+Active = FitWithProgress | StudyWithProgress | CalibrationWithProgress | BuildWithProgress
+Listed = Fit | Study | Calibration | Build
+_KINDS: tuple[JobKind[Listed, Active], ...] = (STUDIES, FITS, CALIBRATIONS, BUILDS)
 
 
 @dataclass(frozen=True)
 class Jobs:
-    """The jobs of both kinds, and the workers that run them."""
+    """The jobs of each kind, and the workers that run them."""
 
-    fits: JobStore
-    studies: JobStore
+    stores: Mapping[str, JobStore]
     heartbeats: Heartbeats
 
     def html(self, count: int, steps: str) -> str:
@@ -40,11 +50,10 @@ class Jobs:
 
         `steps` is HTML that comes before the jobs.
         """
-        active: list[Active] = [fits.with_progress(self.fits, job) for job in self.fits.active(count)]
-        active += [studies.with_progress(self.studies, job) for job in self.studies.active(count)]
+        active = [kind.with_progress(store, job) for kind, store in self._kinds() for job in store.active(count)]
         active.sort(key=lambda job: (job.status != "running", job.ahead or 0))
         counts: Counter[str] = Counter()
-        for _, state, _, number in self.fits.table.states("PENDING", "ENQUEUED"):
+        for _, state, _, number in self.stores["fit"].table.states("PENDING", "ENQUEUED"):
             counts[state] += number
         alive, running, waiting = self.heartbeats.alive(), counts["PENDING"], counts["ENQUEUED"]
         return "\n".join([
@@ -53,27 +62,35 @@ class Jobs:
             _NO_WORKER if active and not alive else "", steps,
             group("Jobs", [_active_entry(job) for job in active], "No job is running or waiting.",
                   *_links_to_hidden(running + waiting - len(active))),
-            self._list_ended(self.studies, "Studies", count), self._list_ended(self.fits, "Fits", count)])
+            *(_list_ended(kind, store, count) for kind, store in self._kinds())])
 
-    def _list_ended(self, store: JobStore, title: str, count: int) -> str:
-        jobs = store.newest(count + 1, 0, JobFilter(status=ENDED))
-        make = studies.without_progress if store is self.studies else fits.without_progress
-        older = Link(f"Show more {title.lower()}", f"/?count={min(1000, 2 * count)}#{title.lower()}")
-        return group(title, [_ended_entry(store, make(store, job)) for job in jobs[:count]],
-                     f"No {store.workflow} has ended yet.",
-                     *([older] if len(jobs) > count else []), *listings(store.address))
+    def _kinds(self) -> list[tuple[JobKind[Listed, Active], JobStore]]:
+        return [(kind, self.stores[kind.name]) for kind in _KINDS]
+
+
+def _list_ended(kind: JobKind[Listed, Active], store: JobStore, count: int) -> str:
+    title = kind.plural.capitalize()
+    jobs = store.newest(count + 1, 0, JobFilter(status=ENDED))
+    older = Link(f"Show more {title.lower()}", f"/?count={min(1000, 2 * count)}#{title.lower()}")
+    return group(title, [_ended_entry(store, kind.without_progress(store, job)) for job in jobs[:count]],
+                 f"No {store.workflow} has ended yet.",
+                 *([older] if len(jobs) > count else []), *listings(store.address))
 
 
 def _links_to_hidden(count: int) -> list[Link]:
     """Links to the lists with the jobs that wait, if `count` of them are not on the page."""
-    return [Link(f"{plural(count, 'more job')}: fits that wait", "/v1/fits?status=queued"),
-            Link("studies that wait", "/v1/studies?status=queued")] if count > 0 else []
+    waiting = [Link(f"{kind.plural} that wait", f"{kind.address}?status=queued") for kind in _KINDS]
+    first = replace(waiting[0], text=f"{plural(count, 'more job')}: {waiting[0].text}")
+    return [first, *waiting[1:]] if count > 0 else []
 
 
-def _describe_subject(job: Fit | Study) -> str:
-    if isinstance(job, Study):
+def _describe_subject(job: Listed) -> str:
+    if isinstance(job, Build):
+        subject = f"the machine “{job.machine}”" if job.machine else f"the bench {job.bench}"
+        return f"Build of the table {job.name} of {subject}"
+    if not isinstance(job, Fit):
         subject = f"of the machine “{job.machine}”" if job.machine else f"on the bench {job.bench}"
-        return f"Study of “{job.recordings}” {subject}"
+        return f"{'Study of' if isinstance(job, Study) else 'Calibration to'} “{job.recordings}” {subject}"
     model = f"of the simulator at the values of {job.table}" if job.simulate else f"of the table {job.table}"
     return f"Fit of {listed([in_words(name) for name in job.parameters])} {model} to “{job.recordings}”"
 
@@ -97,6 +114,9 @@ def _describe_stage(job: Active) -> str:
     match job.progress:
         case StudyProgress(step=step, steps=steps, done=done, doing=doing):
             return _bar(f"Steps of {job.id}", done) + paragraph(f"Step {step} of {steps}. {doing}", "doing")
+        case Progress(doing=doing, done=done):
+            bar = "" if done is None else _bar(f"Runs of {job.id}", done)
+            return bar + paragraph(doing[0].upper() + doing[1:], "doing")
         case FitProgress(stage="search", done=done, seconds_left=left):
             rest = "" if left is None else f", at most {_round_seconds(left)} left"
             return _bar(f"Search of {job.id}", done) + paragraph(f"Searching: {_percent(done)}{rest}", "doing")
@@ -120,15 +140,16 @@ def _round_seconds(seconds: float) -> str:
     return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
 
 
-def _ended_entry(store: JobStore, job: Fit | Study) -> Entry:
+def _ended_entry(store: JobStore, job: Listed) -> Entry:
     address = job.links["self"]
     about = f"{_describe_subject(job)}, {moment(job.ended)}"
     if job.status != "done":
         cause = paragraph(str(store.find(job.id).error), "doing") if job.status == "failed" else ""
         return Entry(job.id, address, about, job.status, cause, [Link("Status as JSON", address)])
     answer = paragraph(_answer(store, job.id, str(job.ended)), "answer")
-    return Entry(job.id, job.links["report"], about, "", answer, [
-        Link("Report", job.links["report"]), Link("Result as JSON", job.links["result"]),
+    page = f"/tables/{job.name}" if isinstance(job, Build) else job.links["report"]
+    return Entry(job.id, page, about, "", answer, [
+        Link("Table" if isinstance(job, Build) else "Report", page), Link("Result as JSON", job.links["result"]),
         *([Link("Residuals as CSV", f"{job.links['residuals']}?format=csv")] if "residuals" in job.links else [])])
 
 
@@ -139,6 +160,13 @@ def _answer(store: JobStore, id: str, ended: str) -> str:
     output = output_of(job)
     if store.workflow == "study":
         return str(output["result"]["sentence"])
+    if store.workflow == "build":
+        shape = " × ".join(map(str, output["result"]["shape"]))
+        without = sum(number for name, number in output["result"]["statuses"].items() if name != "locked")
+        return f"{shape} runs, {without:,} of them without an output"
+    if store.workflow == "calibration":
+        result = MachineCalibration if is_of_machine(job) else CalibrationResult
+        return result.from_dict(output["result"]).summary()[0]
     bound = [in_words(remark["unknown"]) for remark in output["result"]["remarks"] if remark.get("at_bound")]
     at_bound = f"; {listed(bound)} at {'its bound' if len(bound) == 1 else 'their bounds'}" if bound else ""
     values = "partial result: " * is_partial(job) + fitted(output["physical"]) + at_bound

@@ -97,7 +97,7 @@ def list_benches(library: LibraryDependency, request: Request, limit: Limit = 10
                  form: TableFormQuery = None) -> BenchList | Response:
     """Return all benches; an invalid file is listed with the reason."""
     names = library.benches()
-    benches = [_entry(library, name) for name in names[offset:offset + limit]]
+    benches = [entry(library, name) for name in names[offset:offset + limit]]
     if wants_csv(request, form):
         return entries_csv(benches, BenchEntry, "benches")
     return BenchList(benches=benches, total=len(names),
@@ -143,7 +143,8 @@ def _describe(name: str, bench: Bench) -> BenchDescription:
         current_profiles=list_profiles(bench.conditions))
 
 
-def _entry(library: Library, name: str) -> BenchEntry:
+def entry(library: Library, name: str) -> BenchEntry:
+    """Return the entry of a list of benches, also of an invalid file."""
     href = f"/v1/benches/{name}"
     try:
         bench = library.bench(name)

@@ -1,12 +1,11 @@
-"""Fits: submission, status, results and cancellation; the worker runs them."""
+"""Fits: submission; the worker runs them."""
 
 from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
 import orjson
-from dbos import WorkflowStatus
-from fastapi import APIRouter, Body, Depends, Query, Request, Response
+from fastapi import APIRouter, Body, Depends, Query, Response
 
 from slipstick.black_box import BlackBoxDescription
 from slipstick.errors import InvalidValue
@@ -16,40 +15,29 @@ from slipstick.storage.library import Library
 
 from ..bodies import JsonRoute
 from ..computations import computes
-from ..csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
 from ..error_responses import error_responses
 from ..fit_cost import fit_cost, queue_of, require_cost
-from ..fit_schemas import Fit, FitList, FitProgress, FitRequest, FitResult, FitWithProgress
-from ..following import FollowingDependency, Wait
+from ..fit_schemas import Fit, FitList, FitRequest, FitResult, FitWithProgress
 from ..job_filter import JobFilter
+from ..job_kind import JobKind
 from ..job_store import JobInput, JobStore, Queue
 from ..jobs import (
     bench_input,
-    delete,
-    finished_job,
     idempotency_key_header,
-    input_of,
-    job_fields,
     job_filter,
-    job_id_path,
-    output_of,
     submit,
-    version_of,
-    wait_for_end,
 )
-from ..paging import Limit, Offset, page_links
-from ..revalidation import NOT_MODIFIED, RevalidationDependency
+from ..routes.job_routes import add_job_routes
 from ..schemas import LibraryDependency, SettingsDependency
 
 router = APIRouter(prefix="/v1/fits", tags=["fits"], route_class=JsonRoute)
 
 
-async def _fit_store(request: Request) -> JobStore:
-    store: JobStore = request.app.state.fits
-    return store
-
-
-FitStore = Annotated[JobStore, Depends(_fit_store)]
+FITS = JobKind(
+    "fit", Fit, FitWithProgress, FitList, FitResult, ("result", "residuals", "report", "pictures"),
+    about_state="Return the status of a fit, its progress after every generation, and its best candidate so far.",
+    about_result="Return the fitted distributions, their likelihood and diagnostics", ends_complete=False)
+FitStore = Annotated[JobStore, FITS.store]
 TableFilter = Annotated[str | None, Query(alias="table", description="Only fits of this table.")]
 
 
@@ -57,8 +45,7 @@ async def _fit_filter(jobs: Annotated[JobFilter, Depends(job_filter)], table: Ta
     return replace(jobs, table=table)
 
 
-Wanted = Annotated[JobFilter, Depends(_fit_filter)]
-FitId = Annotated[str, job_id_path("fit")]
+FitId = Annotated[str, FITS.id_path]
 IdempotencyKey = Annotated[str | None, idempotency_key_header("fit")]
 
 _EXAMPLE = {"table": "nominal", "recordings": "measured",
@@ -78,54 +65,7 @@ def submit_fit(body: Annotated[FitRequest, Body(examples=[_EXAMPLE])], library: 
     """
     fit = submit(store, key, *_job(library, body, settings.fit_values))
     response.headers["Location"] = f"{store.address}/{fit.workflow_id}"
-    return with_progress(store, fit)
-
-
-@router.get("", summary="List the fits", response_model=FitList, responses=error_responses(503) | CSV_RESPONSE)
-def list_fits(store: FitStore, request: Request, wanted: Wanted, limit: Limit = 50, offset: Offset = 0,
-              form: TableFormQuery = None) -> FitList | Response:
-    """Return the fits, newest first, without their progress and results; filters select some of them."""
-    jobs, total = store.newest(limit, offset, wanted), store.total(wanted)
-    fits = [without_progress(store, fit) for fit in jobs]
-    if wants_csv(request, form):
-        return entries_csv(fits, Fit, "fits")
-    return FitList(fits=fits, total=total,
-                   links=page_links(request, limit, offset, total))
-
-
-@router.get("/{id}", summary="Get the status of a fit", responses=error_responses(404, 503))
-async def follow_fit(id: FitId, store: FitStore, following: FollowingDependency, request: Request,
-                     wait: Wait = 0) -> FitWithProgress:
-    """Return the status of a fit, its progress after every generation, and its best candidate so far.
-
-    With `wait`, the response comes when the fit has ended, or after this time.
-    """
-    return await wait_for_end(following, request, f"{store.address}/{id}",
-                              lambda: with_progress(store, store.find(id)), wait)
-
-
-@router.get("/{id}/result", summary="Get the result of a fit", responses=error_responses(404, 409, 503) | NOT_MODIFIED)
-def fit_result(id: FitId, store: FitStore, client: RevalidationDependency) -> FitResult:
-    """Return the fitted distributions, their likelihood and diagnostics; 409 unless the fit is done."""
-    fit = finished_job(store, id)
-    client.require_change(version_of(fit))
-    job_input, output = input_of(fit), output_of(fit)
-    return FitResult(id=id, **{name: job_input[name] for name in ("table", "table_digest", "recordings",
-                                                                  "recordings_digest")},
-                     **{name: output[name] for name in ("result", "physical", "seconds", "processor_seconds")})
-
-
-@router.post("/{id}/cancel", summary="Cancel a fit", responses=error_responses(404, 503))
-def cancel_fit(id: FitId, store: FitStore) -> FitWithProgress:
-    """Cancel a queued or running fit. A fit that has ended is unchanged. The worker stops within a second."""
-    store.cancel(id)
-    return with_progress(store, store.find(id))
-
-
-@router.delete("/{id}", summary="Delete a fit", status_code=204, responses=error_responses(404, 409, 503))
-def delete_fit(id: FitId, store: FitStore) -> None:
-    """Delete a fit with its result; 409 while it is queued or running. Its id can then be used again."""
-    delete(store, id)
+    return FITS.with_progress(store, fit)
 
 
 def _job(library: Library, body: FitRequest, most_values: int) -> tuple[JobInput, Queue]:
@@ -162,13 +102,4 @@ def _only_in_workers(points: np.ndarray, conditions: Any, /) -> np.ndarray:
     raise NotImplementedError
 
 
-def without_progress(store: JobStore, fit: WorkflowStatus) -> Fit:
-    """Return a fit without its progress and result."""
-    return Fit(**job_fields(store, fit, "result", "residuals", "report", "pictures", "events", "cancel"))
-
-
-def with_progress(store: JobStore, fit: WorkflowStatus) -> FitWithProgress:
-    """Return a fit with its place in the queue and its progress."""
-    progress = store.progress(fit.workflow_id)
-    return FitWithProgress(**vars(without_progress(store, fit)), ahead=store.ahead(fit),
-                           progress=None if progress is None else FitProgress(**progress))
+add_job_routes(router, FITS, _fit_filter)

@@ -1,5 +1,6 @@
 """The front page, and the stream that keeps its jobs up to date."""
 
+from collections.abc import Mapping
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request
@@ -17,10 +18,9 @@ from ..front.jobs import Jobs
 from ..front.page import document
 from ..heartbeats import Heartbeats
 from ..job_store import JobStore
+from ..jobs import JobStores
 from ..routes.benches import BenchNamePath
-from ..routes.fits import FitStore
 from ..routes.recordings import RecordingsNamePath
-from ..routes.studies import StudyStore
 from ..routes.tables import TableNamePath
 from ..schemas import LibraryDependency
 
@@ -32,21 +32,21 @@ _SCRIPT = '<script src="/static/front/live.js" type="module"></script>'
 
 
 @router.get("/", response_class=HTMLResponse)
-def front_page(request: Request, library: LibraryDependency, fits: FitStore, studies: StudyStore,
+def front_page(request: Request, library: LibraryDependency, stores: JobStores,
                count: Count = 10) -> HTMLResponse:
     """What the service holds, and what it is doing."""
-    jobs = _jobs(request, library, fits, studies, count)
+    jobs = _jobs(request, library, stores, count)
     body = "\n".join(["<h1>Test bench against simulation</h1>",
                       f'<div id="live" data-events="/events?count={count}">', jobs, "</div>", holdings(library)])
     return HTMLResponse(document("Slipstick", body, f"{_NO_SCRIPT}\n{_SCRIPT}"), headers={"Cache-Control": "no-store"})
 
 
 @router.get("/events")
-async def front_events(request: Request, library: LibraryDependency, fits: FitStore, studies: StudyStore,
+async def front_events(request: Request, library: LibraryDependency, stores: JobStores,
                        following: FollowingDependency, count: Count = 10, last: LastEventId = None) -> Response:
     """The sections of the jobs as HTML, each time they change."""
     def state() -> State:
-        return State(_jobs(request, library, fits, studies, count), ended=False)
+        return State(_jobs(request, library, stores, count), ended=False)
 
     return EventStream(following, f"{request.base_url}events/{count}", state, last)
 
@@ -72,8 +72,8 @@ def bench_details(name: BenchNamePath, library: LibraryDependency) -> HTMLRespon
     return HTMLResponse(document(name, bench_page(name, bench, about_bench(library, name))))
 
 
-def _jobs(request: Request, library: Library, fits: JobStore, studies: JobStore, count: int) -> str:
+def _jobs(request: Request, library: Library, stores: Mapping[str, JobStore], count: int) -> str:
     heartbeats: Heartbeats = request.app.state.heartbeats
-    total = fits.total() + studies.total()
+    total = sum(store.total() for store in stores.values())
     steps = first_steps(library, heartbeats.alive(), total, str(request.base_url).rstrip("/"))
-    return Jobs(fits, studies, heartbeats).html(count, steps)
+    return Jobs(stores, heartbeats).html(count, steps)

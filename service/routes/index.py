@@ -9,7 +9,8 @@ from slipstick.storage.library import Library
 from ..bodies import JsonRoute
 from ..error_responses import error_responses
 from ..heartbeats import Heartbeats
-from ..job_store import JobStore
+from ..job_store import KINDS
+from ..job_table import JobTable
 from ..problem_details import StoreUnavailable
 from ..recent import Recent
 from ..schemas import SIMULATED, SettingsDependency
@@ -43,12 +44,17 @@ class Health(BaseModel):
     fits_running: int = Field(description="Number of running fits.")
     studies_waiting: int = Field(description="Number of studies in the queue.")
     studies_running: int = Field(description="Number of running studies.")
+    calibrations_waiting: int = Field(description="Number of calibrations in the queue.")
+    calibrations_running: int = Field(description="Number of running calibrations.")
+    builds_waiting: int = Field(description="Number of builds in the queue.")
+    builds_running: int = Field(description="Number of running builds.")
 
 
 @router.get("", summary="List the resources", responses=error_responses())
 def index(settings: SettingsDependency) -> Index:
     """Return the addresses of all resources, the limits, the version, and the origin of the numbers."""
-    names = ("benches", "tables", "recordings", "evaluate", "propagate", "likelihood", "fits", "studies", "health")
+    names = ("benches", "tables", "recordings", "evaluate", "propagate", "likelihood",
+             *(address.removeprefix("/v1/") for address in KINDS.values()), "health")
     return Index(
         name="Slipstick", version=__version__,
         about="The nominal parameters of the clutch are plausible values for a heavy-vehicle test bench; the paper "
@@ -68,17 +74,17 @@ async def health(request: Request) -> Health:
     return await recent.value()
 
 
-def health_of(library: Library, fits: JobStore, studies: JobStore, heartbeats: Heartbeats) -> Health:
+def health_of(library: Library, table: JobTable, heartbeats: Heartbeats) -> Health:
     """Read the folder and the job database; raises `StoreUnavailable` and errors of the database."""
     if not library.folder.is_dir():
         raise StoreUnavailable(f"The folder '{library.folder}' does not exist",
                                "Set SLIPSTICK_TABLES to the folder that contains the tables")
-    jobs = fits.table.states("ENQUEUED", "PENDING")
+    jobs = table.states("ENQUEUED", "PENDING")
 
-    def count(store: JobStore, wanted: str) -> int:
-        return sum(number for kind, state, _, number in jobs if (kind, state) == (store.workflow, wanted))
+    def count(workflow: str, wanted: str) -> int:
+        return sum(number for kind, state, _, number in jobs if (kind, state) == (workflow, wanted))
 
     return Health(status="ok", version=__version__, benches=len(library.benches()), tables=len(library.tables()),
                   recordings=len(library.recordings()), workers=heartbeats.alive(),
-                  fits_waiting=count(fits, "ENQUEUED"), fits_running=count(fits, "PENDING"),
-                  studies_waiting=count(studies, "ENQUEUED"), studies_running=count(studies, "PENDING"))
+                  **{f"{address.rpartition('/')[2]}_{name}": count(kind, state) for kind, address in KINDS.items()
+                     for name, state in (("waiting", "ENQUEUED"), ("running", "PENDING"))})

@@ -142,7 +142,7 @@ def list_recordings(library: LibraryDependency, request: Request, limit: Limit =
                     form: TableFormQuery = None) -> RecordingsList | Response:
     """Return all recordings; an invalid file is listed with the reason."""
     names = library.recordings()
-    recordings = [_entry(library, name) for name in names[offset:offset + limit]]
+    recordings = [entry(library, name) for name in names[offset:offset + limit]]
     if wants_csv(request, form):
         return entries_csv(recordings, RecordingsEntry, "recordings")
     return RecordingsList(recordings=recordings, total=len(names),
@@ -227,7 +227,8 @@ def describe(name: str, recordings: Recordings | Measurements | Runs) -> Recordi
         condition_units=condition_units(recordings.conditions))
 
 
-def _entry(library: Library, name: str) -> RecordingsEntry:
+def entry(library: Library, name: str) -> RecordingsEntry:
+    """Return the entry of a list of recordings, also of an invalid file."""
     href = f"/v1/recordings/{name}"
     try:
         recordings = library.recorded(name)

@@ -1,57 +1,44 @@
-"""Studies: submission, status, results and cancellation; the worker runs them."""
+"""Studies: submission, and what they have beyond other jobs; the worker runs them."""
 
 from dataclasses import asdict
 from typing import Annotated, Literal
 
 import orjson
-from dbos import WorkflowStatus
-from fastapi import APIRouter, Body, Depends, Query, Request, Response
+from fastapi import APIRouter, Body, Query, Response
 
 from slipstick.errors import InvalidValue
 from slipstick.machine import Runs
 from slipstick.naming.study import scene_of
 from slipstick.storage.library import Library
-from slipstick.studies.progress import StudyProgress
 
 from ..bodies import JsonRoute
 from ..computations import computes
-from ..csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
 from ..error_responses import error_responses
-from ..following import FollowingDependency, Wait
-from ..job_filter import JobFilter
+from ..job_kind import JobKind
 from ..job_store import JobInput, JobStore
 from ..jobs import (
     bench_input,
-    delete,
     finished_job,
     idempotency_key_header,
-    input_of,
     is_of_machine,
-    job_fields,
-    job_filter,
-    job_id_path,
     output_of,
     require_complete,
     submit,
-    version_of,
-    wait_for_end,
 )
-from ..paging import Limit, Offset, page_links
-from ..revalidation import NOT_MODIFIED, RevalidationDependency
+from ..routes.job_routes import add_job_routes
 from ..schemas import LibraryDependency
 from ..study_schemas import FinishedStudy, ModelSpec, Study, StudyList, StudyRequest, StudyWithProgress
 
 router = APIRouter(prefix="/v1/studies", tags=["studies"], route_class=JsonRoute)
 
 
-async def _study_store(request: Request) -> JobStore:
-    store: JobStore = request.app.state.studies
-    return store
-
-
-StudyStore = Annotated[JobStore, Depends(_study_store)]
-Wanted = Annotated[JobFilter, Depends(job_filter)]
-StudyId = Annotated[str, job_id_path("study")]
+STUDIES = JobKind(
+    "study", Study, StudyWithProgress, StudyList, FinishedStudy, ("result", "laws", "report", "pictures", "model"),
+    about_state="Return the status of a study and its progress: its step, the share of steps that are done, and what "
+                "it is doing.",
+    about_result="Return what is missing, its measured law, the evidence for it and what it is worth")
+StudyStore = Annotated[JobStore, STUDIES.store]
+StudyId = Annotated[str, STUDIES.id_path]
 IdempotencyKey = Annotated[str | None, idempotency_key_header("study")]
 
 _EXAMPLE = {"recordings": "measured", "settings": {"level": 0.9, "seed": 1}}
@@ -73,42 +60,7 @@ def submit_study(body: Annotated[StudyRequest, Body(examples=[_EXAMPLE])], libra
     """
     study = submit(store, key, _job_input(library, body), "long")
     response.headers["Location"] = f"{store.address}/{study.workflow_id}"
-    return with_progress(store, study)
-
-
-@router.get("", summary="List the studies", response_model=StudyList,
-            responses=error_responses(503) | CSV_RESPONSE)
-def list_studies(store: StudyStore, request: Request, wanted: Wanted, limit: Limit = 50,
-                 offset: Offset = 0, form: TableFormQuery = None) -> StudyList | Response:
-    """Return the studies, newest first, without their progress and results; filters select some of them."""
-    jobs, total = store.newest(limit, offset, wanted), store.total(wanted)
-    studies = [without_progress(store, study) for study in jobs]
-    if wants_csv(request, form):
-        return entries_csv(studies, Study, "studies")
-    return StudyList(studies=studies, total=total,
-                     links=page_links(request, limit, offset, total))
-
-
-@router.get("/{id}", summary="Get the status of a study", responses=error_responses(404, 503))
-async def follow_study(id: StudyId, store: StudyStore, following: FollowingDependency, request: Request,
-                       wait: Wait = 0) -> StudyWithProgress:
-    """Return the status of a study and its progress: its step, the share of steps that are done, and what it is doing.
-
-    With `wait`, the response comes when the study has ended, or after this time.
-    """
-    return await wait_for_end(following, request, f"{store.address}/{id}",
-                              lambda: with_progress(store, store.find(id)), wait)
-
-
-@router.get("/{id}/result", summary="Get the result of a study",
-            responses=error_responses(404, 409, 503) | NOT_MODIFIED)
-def study_result(id: StudyId, store: StudyStore, client: RevalidationDependency) -> FinishedStudy:
-    """Return what is missing, its measured law, the evidence for it and what it is worth; 409 unless it is done."""
-    study = finished_job(store, id)
-    client.require_change(version_of(study))
-    job_input, output = input_of(study), output_of(study)
-    return FinishedStudy(id=id, recordings=job_input["recordings"], recordings_digest=job_input["recordings_digest"],
-                         **{name: output[name] for name in ("result", "seconds", "processor_seconds")})
+    return STUDIES.with_progress(store, study)
 
 
 @router.get("/{id}/model", summary="Get the extended model of a study", response_model_exclude_unset=True,
@@ -131,19 +83,6 @@ def study_model(id: StudyId, store: StudyStore, which: Annotated[Literal["before
     return ModelSpec(**output_of(study)["result"][which]["model"])
 
 
-@router.post("/{id}/cancel", summary="Cancel a study", responses=error_responses(404, 503))
-def cancel_study(id: StudyId, store: StudyStore) -> StudyWithProgress:
-    """Cancel a queued or running study. A study that has ended is unchanged. The worker stops within a second."""
-    store.cancel(id)
-    return with_progress(store, store.find(id))
-
-
-@router.delete("/{id}", summary="Delete a study", status_code=204, responses=error_responses(404, 409, 503))
-def delete_study(id: StudyId, store: StudyStore) -> None:
-    """Delete a study with its result; 409 while it is queued or running. Its id can then be used again."""
-    delete(store, id)
-
-
 def _job_input(library: Library, body: StudyRequest) -> JobInput:
     """Return the input of the worker, after checks that reject a study that would fail later."""
     recorded = library.recorded(body.recordings)
@@ -159,13 +98,4 @@ def _job_input(library: Library, body: StudyRequest) -> JobInput:
     return job_input
 
 
-def without_progress(store: JobStore, study: WorkflowStatus) -> Study:
-    """Return a study without its progress and result."""
-    return Study(**job_fields(store, study, "result", "laws", "report", "pictures", "model", "events", "cancel"))
-
-
-def with_progress(store: JobStore, study: WorkflowStatus) -> StudyWithProgress:
-    """Return a study with its place in the queue and its progress."""
-    progress, share = store.progress(study.workflow_id), {"done": 1.0} if study.status == "SUCCESS" else {}
-    known = None if progress is None or "done" not in progress else StudyProgress(**{**progress, **share})
-    return StudyWithProgress(**vars(without_progress(store, study)), ahead=store.ahead(study), progress=known)
+add_job_routes(router, STUDIES)

@@ -152,7 +152,7 @@ def list_tables(library: LibraryDependency, request: Request, limit: Limit = 100
                 form: TableFormQuery = None) -> TableList | Response:
     """Return all tables. The content of each file is verified; an invalid file is listed with the reason."""
     names = library.tables()
-    tables = [_entry(library, name) for name in names[offset:offset + limit]]
+    tables = [entry(library, name) for name in names[offset:offset + limit]]
     if wants_csv(request, form):
         return entries_csv(tables, TableEntry, "tables")
     return TableList(tables=tables, total=len(names),
@@ -207,7 +207,8 @@ def list_profiles(conditions: Setting) -> list[CurrentProfile]:
             for time, current in zip(conditions.profile_time, conditions.profile_current, strict=True)]
 
 
-def _entry(library: Library, name: str) -> TableEntry:
+def entry(library: Library, name: str) -> TableEntry:
+    """Return the entry of a list of tables, also of an invalid file."""
     href = f"/v1/tables/{name}"
     try:
         table = library.table(name)

@@ -44,7 +44,7 @@ def calibrate(recordings: Recordings, bench: Bench, start: Model | None = None,
     end = time.monotonic() + budget
     model = start or Model(bench.physics)
     bench.require(model.physics)
-    signals, lock_up_noise = _require_signals(recordings, bench)
+    signals, lock_up_noise = require_signals(recordings, bench)
     observations = Observations(recordings, signals, bench, bench.uncertain, np.array(model.parameters),
                                 model.coefficients(), model.laws)
     shown = [sensor_noise(name, signals[name]) for name in signals.names]
@@ -57,8 +57,8 @@ def calibrate(recordings: Recordings, bench: Bench, start: Model | None = None,
     return replace(_conclude(observations, model, fitted, lock_up_noise), partial=partial)
 
 
-def _require_signals(recordings: Recordings, bench: Bench) -> tuple[Signals, float]:
-    """The signals, and the noise of the shifting time in s."""
+def require_signals(recordings: Recordings, bench: Bench) -> tuple[Signals, float]:
+    """The signals, and the noise of the shifting time in s; raises `InvalidValue` if these do not suffice."""
     noise = bench.sensors["shifting_time"].noise
     if not noise:
         raise InvalidValue(f"The bench '{bench.name}' does not state the noise of the shifting time",

@@ -74,6 +74,13 @@ class Calibration:
                 "converged": self.converged, "rms_before_s": self.rms_before, "rms_after_s": self.rms_after,
                 "evaluations": self.evaluations, "partial": None if self.partial is None else asdict(self.partial)}
 
+    def require_inside(self) -> None:
+        """Raise `InvalidValue` if parameters are at a bound: a model with them is no estimate of the bench."""
+        if self.at_bound:
+            raise InvalidValue(f"The calibrated model cannot be used, because parameters are at a bound of the bench "
+                               f"file: {', '.join(self.at_bound)}",
+                               "Look for an effect that the model lacks (`study`), or start from another model")
+
     @classmethod
     def from_spec(cls, spec: Mapping[str, Any]) -> "Calibration":
         """The calibration of a `spec()`; raises `InvalidValue`."""

@@ -5,7 +5,6 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple, overload
 
-from slipstick.bench import parameters
 from slipstick.calibration import Calibration
 from slipstick.calibration import calibrate as fit_calibration
 from slipstick.clutch.model import Model
@@ -21,9 +20,8 @@ from slipstick.interface.models import BenchLike, ModelLike, RecordingsLike, ben
 from slipstick.interface.progress import ProgressLine, Show
 from slipstick.interface.result import Result
 from slipstick.machine import Machine, Runs
-from slipstick.pictures import parameters as parameters_picture
 from slipstick.pictures.theme import Spec
-from slipstick.report.calibration import calibration_text
+from slipstick.report.calibration import CAPTIONS, calibration_specs, calibration_summary, calibration_text
 from slipstick.time_budget import seconds_of
 
 
@@ -62,14 +60,7 @@ class CalibrationResult(Result):
 
     def summary(self) -> list[str]:
         """How many parameters were fitted, what the recordings leave open, and the error of the shifting times."""
-        fitted = self.calibration
-        lines = [f"{len(fitted.free)} parameters of the bench '{fitted.bench}' fitted to recordings. RMS error of the "
-                 f"shifting time: {1e3 * fitted.rms_before:.1f} ms before, {1e3 * fitted.rms_after:.1f} ms after."]
-        if fitted.at_bound:
-            lines.append(f"At a bound, so not estimates: {', '.join(fitted.at_bound)}.")
-        if fitted.undetermined:
-            lines.append(f"Not determined: {', '.join(fitted.undetermined)}.")
-        return lines if fitted.converged else [*lines, "The fit has not converged: do not use its intervals."]
+        return calibration_summary(self.calibration)
 
     @property
     def text(self) -> str:
@@ -78,9 +69,7 @@ class CalibrationResult(Result):
 
     def pictures(self) -> dict[str, tuple[Spec, str]]:
         """The parameters with their intervals, relative to their nominal values."""
-        nominal = dict(zip(parameters.NAMES, self.model.physics.nominal, strict=True))
-        spec = parameters_picture.draw(self.calibration.spec()["parameters"], nominal, self.calibration.level)
-        return {"parameters": (spec, parameters_picture.CAPTION)}
+        return {name: (spec, CAPTIONS[name]) for name, spec in calibration_specs(self.calibration).items()}
 
     def to_frame(self) -> Any:
         """A row for each parameter."""

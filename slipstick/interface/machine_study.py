@@ -22,6 +22,7 @@ from slipstick.machine_studies.study import Studied, calibrate_machine, end_earl
 from slipstick.pictures.machine_study import CAPTIONS, machine_pictures
 from slipstick.pictures.theme import Spec
 from slipstick.recordings import Recordings
+from slipstick.report.calibration import machine_calibration_summary
 from slipstick.report.machine_study import lead, machine_study_page
 from slipstick.studies.export import has_table
 from slipstick.studies.record import from_dict
@@ -141,15 +142,7 @@ class MachineCalibration(Result):
 
     def summary(self) -> list[str]:
         """What each block leaves, and what is not determined or outside of its declaration."""
-        left = ", ".join(f"{name} {chi:.2f}" for name, chi in self.chi_square.items())
-        lines = [f"{len(self.parameters)} parameters of the machine “{self.machine}” fitted. Reduced chi-square: "
-                 f"{left}."]
-        for words, names in (("Not determined", [each.name for each in self.parameters if not each.determined]),
-                             ("Outside of what is declared", [each.name for each in self.parameters if each.beyond]),
-                             ("Runs set aside", [str(run) for run in self.set_aside])):
-            if names:
-                lines.append(f"{words}: {', '.join(names)}.")
-        return lines
+        return machine_calibration_summary(self.machine, self.parameters, self.chi_square, self.set_aside)
 
     def pictures(self) -> dict[str, tuple[Spec, str]]:
         """None: parameters of different units have no common axis."""

@@ -108,7 +108,19 @@ def read_model(path: Path | str) -> Model:
     """Model from a JSON file, at its top level or under "model"; raises `InvalidValue`, `UnknownName`."""
     try:
         content = json.loads(Path(path).read_text())
+    except (OSError, ValueError) as error:
+        raise _no_model(f"'{path}'", error) from error
+    return parse_model(content, f"'{path}'")
+
+
+def parse_model(content: Any, source: str) -> Model:
+    """Model from JSON, at its top level or under "model"; raises `InvalidValue`, `UnknownName`."""
+    try:
         return Model.from_spec(content.get("model", content))
-    except (OSError, ValueError, AttributeError, KeyError, TypeError) as error:
-        raise InvalidValue(f"Cannot read a model from '{path}' ({type(error).__name__}: {error})",
-                           "Give the JSON that `calibrate --out` or `study --extended` writes") from error
+    except (ValueError, AttributeError, KeyError, TypeError) as error:
+        raise _no_model(source, error) from error
+
+
+def _no_model(source: str, error: Exception) -> InvalidValue:
+    return InvalidValue(f"Cannot read a model from {source} ({type(error).__name__}: {error})",
+                        "Give the JSON of a calibration (`calibrate --out`) or of a study (`study --extended`)")

@@ -1,4 +1,4 @@
-"""Reports of fits and studies: one self-contained HTML page each."""
+"""Reports of jobs: one self-contained HTML page each."""
 
 from slipstick.report.page import page
 from slipstick.report.study.page import study_page

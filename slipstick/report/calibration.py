@@ -1,43 +1,174 @@
-"""A calibration as plain text: parameters with intervals and scatter, noise of the sensors, and what is left."""
+"""A calibration as text and as a page: parameters with intervals and scatter, noise of sensors, and what is left."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 from slipstick.bench import parameters
 from slipstick.calibration import Calibration
+from slipstick.machine_studies.result import MachineParameter
+from slipstick.pictures import parameters as parameters_picture
+from slipstick.pictures.theme import Spec, in_words
+from slipstick.pictures.units import raised, with_unit
 from slipstick.recordings.signals import SIGNAL_UNITS
+from slipstick.report import markup
+from slipstick.report.machine_study import parameter_table
+from slipstick.report.shell import document, figures, provenance
 
+CAPTIONS = {"parameters": parameters_picture.CAPTION}
+"""The pictures of a calibration."""
 _LARGE_CHI_SQUARE = 2.0
 """Reduced chi-square above which the text speaks of a missing effect: the residuals have twice the variance of the
 noise. The fit does not depend on it."""
+_SCATTER = "Scatter: standard deviation from run to run, as a share of the nominal value"
+_NOISE = "Sensor noise, its correlation from sample to sample, and reduced chi-square"
+_MISSING = ("Reduced chi-square is well above 1, although each run has parameters of its own: an effect is",
+            "missing (see `study`). Values and intervals then describe the best model without it.")
+_NOT_CONVERGED = "The fit has not converged: do not use its intervals."
+
+
+class _Row(NamedTuple):
+    """A parameter in words: value, ends of its interval, multiple of nominal, scatter, unit and what limits it."""
+
+    name: str
+    value: str
+    lower: str
+    upper: str
+    multiple: str
+    scatter: str
+    unit: str
+    note: str
+
+
+def _rows(calibration: Calibration) -> list[_Row]:
+    nominal, rows = _nominal(calibration), []
+    for name, entry in calibration.spec()["parameters"].items():
+        note = "at a bound: not a valid estimate" if name in calibration.at_bound else \
+            "not determined" if name in calibration.undetermined else ""
+        scatter, error = (entry[key] / abs(nominal[name]) for key in ("scatter", "scatter_error"))
+        lower, upper = entry["interval"]
+        rows.append(_Row(name, f"{entry['value']:.5g}", f"{lower:.5g}", f"{upper:.5g}",
+                         f"{entry['value'] / nominal[name]:.4f}",
+                         f"{scatter:.2%}" if scatter > error else f"< {scatter + error:.2%}", entry["unit"], note))
+    return rows
+
+
+def _nominal(calibration: Calibration) -> dict[str, float]:
+    return dict(zip(parameters.NAMES, calibration.model.physics.nominal, strict=True))
 
 
 def calibration_text(calibration: Calibration) -> str:
     """The calibration as plain text."""
-    nominal = dict(zip(parameters.NAMES, calibration.model.physics.nominal, strict=True))
     lines = [*([" ".join(calibration.partial.warning)] if calibration.partial else []),
              f"Bench '{calibration.bench}'",
              f"{'parameter':22}{'value':>12}  {f'{calibration.level:.0%} interval':>24}  {'x nominal':>9}  "
              f"{'scatter':>8}"]
-    for name, entry in calibration.spec()["parameters"].items():
-        note = "  at a bound: not a valid estimate" if name in calibration.at_bound else \
-            "  not determined" if name in calibration.undetermined else ""
-        scatter, error = (entry[key] / abs(nominal[name]) for key in ("scatter", "scatter_error"))
-        shown = f"{scatter:8.2%}" if scatter > error else f"< {scatter + error:.2%}"
-        lines.append(f"{name:22}{entry['value']:12.5g}  {entry['interval'][0]:11.5g} to {entry['interval'][1]:<10.5g}"
-                     f"{entry['value'] / nominal[name]:9.4f}  {shown:>8}  {entry['unit']}{note}")
+    lines += [f"{row.name:22}{row.value:>12}  {row.lower:>11} to {row.upper:<10}{row.multiple:>9}  {row.scatter:>8}  "
+              f"{row.unit}" + f"  {row.note}" * bool(row.note) for row in _rows(calibration)]
     lines += _list_undetermined(calibration)
-    lines.append("Scatter: standard deviation from run to run, as a share of the nominal value\n"
-                 "Correlation of the estimates, in the same order")
+    lines.append(f"{_SCATTER}\nCorrelation of the estimates, in the same order")
     lines += ["  " + "".join(f"{value:7.2f}" for value in row) for row in calibration.correlation]
-    lines.append("Sensor noise, its correlation from sample to sample, and reduced chi-square")
+    lines.append(_NOISE)
     lines += [f"  {name:20}{calibration.noise[name]:9.3g}  {calibration.noise_correlation.get(name, 0.0):5.2f}"
               f"{value:9.2f}" for name, value in calibration.chi_square.items()]
-    if max(calibration.chi_square.values()) > _LARGE_CHI_SQUARE:
-        lines.append("Reduced chi-square is well above 1, although each run has parameters of its own: an effect is\n"
-                     "missing (see `study`). Values and intervals then describe the best model without it.")
+    if _leaves_much(calibration):
+        lines += _MISSING
     if not calibration.converged:
-        lines.append("The fit has not converged: do not use its intervals.")
+        lines.append(_NOT_CONVERGED)
     lines.append(f"RMS of the shifting-time residual: {1e3 * calibration.rms_before:.1f} ms before the calibration, "
                  f"{1e3 * calibration.rms_after:.1f} ms after")
     return "\n".join(lines)
+
+
+def calibration_summary(calibration: Calibration) -> list[str]:
+    """How many parameters were fitted, what the recordings leave open, and the error of the shifting times."""
+    lines = [f"{len(calibration.free)} parameters of the bench '{calibration.bench}' fitted to recordings. RMS error "
+             f"of the shifting time: {1e3 * calibration.rms_before:.1f} ms before, "
+             f"{1e3 * calibration.rms_after:.1f} ms after."]
+    if calibration.at_bound:
+        lines.append(f"At a bound, so not estimates: {', '.join(calibration.at_bound)}.")
+    if calibration.undetermined:
+        lines.append(f"Not determined: {', '.join(calibration.undetermined)}.")
+    return lines if calibration.converged else [*lines, _NOT_CONVERGED]
+
+
+def machine_calibration_summary(machine: str, fitted: list[MachineParameter], chi_square: Mapping[str, float],
+                                set_aside: list[int]) -> list[str]:
+    """What each block of a declared machine leaves, and what is not determined or outside of its declaration."""
+    left = ", ".join(f"{name} {chi:.2f}" for name, chi in chi_square.items())
+    lines = [f"{len(fitted)} parameters of the machine “{machine}” fitted. Reduced chi-square: {left}."]
+    for words, names in (("Not determined", [each.name for each in fitted if not each.determined]),
+                         ("Outside of what is declared", [each.name for each in fitted if each.beyond]),
+                         ("Runs set aside", [str(run) for run in set_aside])):
+        if names:
+            lines.append(f"{words}: {', '.join(names)}.")
+    return lines
+
+
+def calibration_specs(calibration: Calibration) -> dict[str, Spec]:
+    """The pictures of a calibration by name: the parameters with their intervals, relative to their nominal values."""
+    return {"parameters": parameters_picture.draw(calibration.spec()["parameters"], _nominal(calibration),
+                                                  calibration.level)}
+
+
+def drawn_calibration(output: Mapping[str, Any]) -> dict[str, Spec]:
+    """The pictures of the output of a job; none of a declared machine, whose parameters have no common axis."""
+    return {} if "machine" in output["result"] else calibration_specs(Calibration.from_spec(output["result"]))
+
+
+def calibration_page(job: Mapping[str, Any], output: Mapping[str, Any]) -> str:
+    """The HTML page of a calibration: `job` is its JSON of the service, and `output` that of its worker."""
+    result = output["result"]
+    if "machine" in result:
+        return _machine_page(job, output)
+    calibration = Calibration.from_spec(result)
+    lead, *limits = calibration_summary(calibration)
+    warnings = [] if calibration.partial is None else [calibration.partial.warning]
+    warnings += [(f"{words.partition(':')[0]}:", words.partition(": ")[2]) for words in limits]
+    if _leaves_much(calibration):
+        warnings.append(("An effect is missing:", " ".join(_MISSING)))
+    head = ("parameter", "value", f"{calibration.level:.0%} interval", "× nominal", "scatter", "remark")
+    rows = [(in_words(row.name), with_unit(row.value, raised(row.unit)), f"{row.lower} to {row.upper}", row.multiple,
+             row.scatter, row.note) for row in _rows(calibration)]
+    noise = [(in_words(name), with_unit(f"{calibration.noise[name]:.3g}", SIGNAL_UNITS.get(name, "s")),
+              f"{calibration.noise_correlation.get(name, 0.0):.2f}",
+              f"{value:.2f}") for name, value in calibration.chi_square.items()]
+    names = [in_words(name) for name in calibration.free]
+    correlation = [(name, *(f"{value:.2f}" for value in row))
+                   for name, row in zip(names, calibration.correlation, strict=True)]
+    return document("calibration", job["id"], f"Parameters of the bench {calibration.bench} from “{job['recordings']}”",
+                    warnings, [
+        markup.paragraph(lead, "lead"),
+        markup.section("Parameters", markup.table(head, rows, words=(5,)), markup.paragraph(f"{_SCATTER}.", "note"),
+                       *(markup.paragraph(line, "note") for line in _list_undetermined(calibration))),
+        markup.section("Pictures", *figures(calibration_specs(calibration), CAPTIONS).values()),
+        markup.section("Noise", markup.table(("sensor", "noise", "correlation", "reduced chi-square"), noise),
+                       markup.paragraph(f"{_NOISE}, which is 1 if only noise is left.", "note")),
+        markup.section("Correlation of the estimates", markup.table(("", *names), correlation)),
+        provenance(job, output, [*_sources(job), ("bench", f"{job['bench']}, SHA-256 {job['bench_digest']}"),
+                                 ("iterations", str(calibration.evaluations))])])
+
+
+def _machine_page(job: Mapping[str, Any], output: Mapping[str, Any]) -> str:
+    result = output["result"]
+    fitted = [MachineParameter(**each) for each in result["parameters"]]
+    lead, *limits = machine_calibration_summary(result["machine"], fitted, result["chi_square"], result["set_aside"])
+    chi_square = [(name, f"{value:.2f}") for name, value in result["chi_square"].items()]
+    head, rows = parameter_table(fitted)
+    title = f"Parameters of the machine {result['machine']} from “{job['recordings']}”"
+    return document("calibration", job["id"], title, [
+        (f"{words.partition(':')[0]}:", words.partition(": ")[2]) for words in limits], [
+        markup.paragraph(lead, "lead"), markup.section("Parameters", markup.table(head, rows, words=(4,))),
+        markup.section("Blocks", markup.table(("block", "reduced chi-square"), chi_square)),
+        provenance(job, output, [*_sources(job), ("machine", result["machine"])])])
+
+
+def _sources(job: Mapping[str, Any]) -> list[tuple[str, str | None]]:
+    start = f"model with the SHA-256 {job['model_digest']}" if job["model_digest"] else "nominal parameters"
+    return [("recordings", f"{job['recordings']}, SHA-256 {job['recordings_digest']}"), ("start", start)]
+
+
+def _leaves_much(calibration: Calibration) -> bool:
+    return max(calibration.chi_square.values()) > _LARGE_CHI_SQUARE
 
 
 def _list_undetermined(calibration: Calibration) -> list[str]:

@@ -1,7 +1,8 @@
 """Reports and pictures from JSON, as a child process makes them: they take seconds of the interpreter.
 
 A request is the JSON object `{"kind": ..., ...}` with the arguments of the page: for a `fit` its `job`, `output`,
-`other` and `description`, for a `study` its `job`, `output` and `fits`, for a `propagation` the `answer`, the `request`
+`other` and `description`, for a `study` its `job`, `output` and `fits`, for a `calibration` its
+`job` and `output`, for a `propagation` the `answer`, the `request`
 and the `conditions`.
 """
 
@@ -15,6 +16,8 @@ from slipstick.pictures import CAPTIONS, Spec, pictures, propagation, theme
 from slipstick.pictures.machine_study import CAPTIONS as MACHINE_CAPTIONS
 from slipstick.pictures.rendering import render
 from slipstick.pictures.study import CAPTIONS as STUDY_CAPTIONS
+from slipstick.report.calibration import CAPTIONS as CALIBRATION_CAPTIONS
+from slipstick.report.calibration import calibration_page, drawn_calibration
 from slipstick.report.machine_study import machine_study_page, machine_study_specs
 from slipstick.report.page import page as fit_page
 from slipstick.report.propagation import propagation_page
@@ -33,7 +36,7 @@ def prepare(_: bytes) -> None:
 
 
 def page(request: bytes) -> bytes:
-    """The HTML page of a fit, a study or a propagation."""
+    """The HTML page of a fit, a study, a calibration or a propagation."""
     given = json.loads(request)
     match given["kind"]:
         case "fit":
@@ -41,6 +44,8 @@ def page(request: bytes) -> bytes:
         case "study":
             text = machine_study_page(given["job"], given["output"]) if _is_of_machine(given) else study_page(
                 given["job"], given["output"], given["fits"])
+        case "calibration":
+            text = calibration_page(given["job"], given["output"])
         case _:
             text = propagation_page(given["answer"], given["request"], given["conditions"])
     return text.encode()
@@ -60,13 +65,13 @@ def picture(request: bytes) -> bytes:
         raise UnknownName.of("picture", name, _specs(given))
     if form == "json":
         return json.dumps(specs[name], ensure_ascii=False, separators=(",", ":")).encode()
-    captions = {"fit": CAPTIONS, "study": MACHINE_CAPTIONS if _is_of_machine(given) else STUDY_CAPTIONS}.get(
-        given["kind"], {PROPAGATION: propagation.CAPTION})
+    captions = {"fit": CAPTIONS, "study": MACHINE_CAPTIONS if _is_of_machine(given) else STUDY_CAPTIONS,
+                "calibration": CALIBRATION_CAPTIONS}.get(given["kind"], {PROPAGATION: propagation.CAPTION})
     return render(specs[name], form, captions[name])
 
 
 def _is_of_machine(given: Mapping[str, Any]) -> bool:
-    return bool(given["kind"] == "study" and given["job"].get("machine"))
+    return bool(given.get("job", {}).get("machine"))
 
 
 def _specs(given: Mapping[str, Any]) -> dict[str, Spec]:
@@ -76,4 +81,6 @@ def _specs(given: Mapping[str, Any]) -> dict[str, Spec]:
         case "study":
             return machine_study_specs(given["output"]) if _is_of_machine(given) else study_specs(
                 given["job"], given["output"], given["fits"])
+        case "calibration":
+            return drawn_calibration(given["output"])
     return {PROPAGATION: propagation.draw(given["answer"], given["request"]["quantiles"], given["conditions"])}

@@ -20,7 +20,7 @@ SIGN = "All differences are measured minus predicted: positive where the test be
 
 
 def document(kind: str, name: str, title: str, warnings: Iterable[tuple[str, str]], body: Iterable[str]) -> str:
-    """Return the HTML document of a fit or study (`kind`) called `name`; its `warnings` come before anything else."""
+    """Return the HTML document of the job `name` of a `kind`, such as fit; its `warnings` come before anything else."""
     warned = listing(warnings)
     return "\n".join([
         "<!doctype html>", '<html lang="en">', "<head>", '<meta charset="utf-8">',
@@ -50,7 +50,7 @@ def provenance(job: Mapping[str, Any], output: Mapping[str, Any], entries: Itera
     """Return the section on provenance: `entries`, then settings, times and version. Empty entries are omitted."""
     times = {name: ", ".join(f"{stage} {words.duration(seconds)}" for stage, seconds in output[name].items())
              for name in ("seconds", "processor_seconds")}
-    settings = ", ".join(f"{name} {json.dumps(value)}" for name, value in job["settings"].items())
+    settings = ", ".join(f"{name} {json.dumps(value)}" for name, value in job.get("settings", {}).items())
     entries = [
         *entries, ("settings", settings), ("wall time", times["seconds"]),
         ("processor time", times["processor_seconds"]), ("submitted", job["submitted"]), ("ended", job["ended"]),

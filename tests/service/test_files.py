@@ -126,3 +126,62 @@ def test_what_a_job_uses_is_not_deleted(client: httpx.Client, folder: Path) -> N
         problem(client.delete(path), 404)
     assert sorted(path.name for path in folder.iterdir()) == ["heavy.toml"]
     problem(client.delete("/v1/tables/..%2fjobs"), 404)
+
+
+@pytest.mark.parametrize(("path", "file"), [("/v1/tables/nominal", "nominal.h5"), ("/v1/benches/heavy", "heavy.toml"),
+                                            ("/v1/recordings/measured", "measured.h5")])
+def test_a_file_is_renamed(client: httpx.Client, folder: Path, path: str, file: str) -> None:
+    before, tag = client.get(path).json(), client.get(path).headers["ETag"]
+    renamed = client.patch(path, json={"name": "other-name"})
+    assert renamed.status_code == 200, renamed.text
+    new = f"{path.rpartition('/')[0]}/other-name"
+    assert (renamed.headers["Location"], renamed.json()["href"], renamed.json()["name"]) == (new, new, "other-name")
+    after = client.get(new, headers={"If-None-Match": tag})
+    assert after.json() == {**before, "name": "other-name"}
+    problem(client.get(path), 404)
+    problem(client.patch(path, json={"name": "third"}), 404)
+    assert not (folder / file).exists()
+    assert client.patch(new, json={"name": path.rpartition("/")[2]}).is_success
+    assert client.get(path, headers={"If-None-Match": tag}).status_code == 304
+
+
+def test_a_renaming_never_replaces_a_file(client: httpx.Client, folder: Path) -> None:
+    recordings = (folder / "measured.h5").read_bytes()
+    for path, name in (("/v1/tables/nominal", "measured"), ("/v1/recordings/measured", "nominal"),
+                       ("/v1/benches/heavy", "heavy")):
+        refused = problem(client.patch(path, json={"name": name}), 409)
+        assert (refused["detail"], refused["remedy"]) == (f"A file named '{name}' already exists",
+                                                          "Choose another name")
+    assert (folder / "measured.h5").read_bytes() == recordings
+    for name in ("../outside", "", "a b", ".hidden", "x" * 65):
+        problem(client.patch("/v1/tables/nominal", json={"name": name}), 422)
+    for body in ({}, {"name": 1}, {"name": "a", "digest": "b"}, []):
+        problem(client.patch("/v1/tables/nominal", json=body), 422)
+    problem(client.patch("/v1/recordings/nominal", json={"name": "a"}), 404)  # it is a table
+    assert client.get("/v1/tables/nominal").is_success
+
+
+def test_an_invalid_file_is_renamed(client: httpx.Client, folder: Path) -> None:
+    (folder / "broken.h5").write_bytes(b"no table")
+    renamed = client.patch("/v1/tables/broken", json={"name": "other"}).json()
+    assert renamed["name"] == "other"
+    assert renamed["problem"]
+    (folder / "dangling.h5").symlink_to(folder / "nowhere.h5")
+    assert client.patch("/v1/tables/dangling", json={"name": "still"}).json()["problem"]
+    assert (folder / "still.h5").is_symlink()
+
+
+def test_what_a_job_uses_is_not_renamed_and_results_keep_the_former_name(client: httpx.Client, folder: Path) -> None:
+    job = client.post("/v1/fits", json={"bench": "heavy"}).json()["links"]
+    paths = ("/v1/tables/nominal", "/v1/recordings/measured", "/v1/benches/heavy")
+    for path in paths:
+        refused = problem(client.patch(path, json={"name": "other"}), 409)
+        assert job["self"] in refused["detail"]
+        assert "Cancel these jobs first" in refused["remedy"]
+        assert client.get(path).is_success
+    with sqlite3.connect(folder.parent / "jobs.sqlite") as jobs:
+        jobs.execute("UPDATE workflow_status SET status = 'SUCCESS'")
+    for number, path in enumerate(paths):
+        assert client.patch(path, json={"name": f"other{number}"}).is_success
+    fit = client.get(job["self"]).json()
+    assert (fit["status"], fit["table"], fit["recordings"], fit["bench"]) == ("done", "nominal", "measured", "heavy")

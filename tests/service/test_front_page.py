@@ -105,7 +105,7 @@ def test_ended_jobs_come_in_parts(client: httpx.Client) -> None:
     assert "0 running · 3 waiting" in shown
     assert "1 job before it in its queue" in shown
     assert "2 jobs before it" not in shown
-    assert "1 more job: fits that wait" in shown
+    assert "1 more job: studies that wait" in shown
     assert "2 jobs before it in its queue" in text(client, count=3)
     assert "more job" not in text(client, count=3)
     assert "Show more" not in text(client, count=3)

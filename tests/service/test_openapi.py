@@ -18,6 +18,7 @@ import jsonschema
 import pytest
 from openapi_python_client.strings import ClassName, PythonIdentifier, pascal_case
 
+from service.job_store import KINDS
 from service.problem_details import MEDIA_TYPE
 
 METHODS = ("get", "post", "put", "patch", "delete")
@@ -48,9 +49,10 @@ def operations(document: dict[str, Any]) -> list[tuple[str, str, dict[str, Any]]
     operations = [(method, path, operation) for path, methods in document["paths"].items()
                   for method, operation in methods.items() if method in METHODS]
     assert len(operations) >= 14
-    # POST first, because it creates the resources of the other examples; cancellation and deletion last, and that of
-    # files after that of the jobs which use them.
-    return sorted(operations, key=lambda entry: (entry[0] == "delete", entry[1].endswith("/cancel"),
+    # POST first, because it creates the resources of the other examples; cancellation, renaming and deletion last, and
+    # those of files after those of the jobs which use them.
+    return sorted(operations, key=lambda entry: (entry[0] == "delete", entry[0] == "patch",
+                                                 entry[1].endswith("/cancel"),
                                                  entry[0] == "delete" and entry[1].endswith("/{name}"),
                                                  entry[0] != "post"))
 
@@ -152,6 +154,8 @@ def test_every_example_works_in_a_generated_client_and_its_response_matches_its_
         if response.status_code == 204:
             assert response.content == b""
             continue
+        if method == "patch":  # the other examples have the former name
+            assert client.patch(response.headers["Location"], json=parameters["path"]).is_success
         assert response.parsed is not None, f"{method} {path}"
         media_type = response.headers["Content-Type"].partition(";")[0]
         schema = operation["responses"][str(int(response.status_code))]["content"][media_type]["schema"]
@@ -203,7 +207,8 @@ def _resolve(document: dict[str, Any], schema: dict[str, Any]) -> dict[str, Any]
 
 
 def _await_example(client: httpx.Client, path: str) -> None:
-    address = "/v1/fits/first-fit" if path.startswith("/v1/fits") else "/v1/studies/first-study"
+    kind = next(kind for kind, address in KINDS.items() if path.startswith(address))
+    address = f"{KINDS[kind]}/first-{kind}"
     while (job := client.get(address).json())["status"] in ("queued", "running"):
         time.sleep(0.1)
     assert job["status"] == "done", job

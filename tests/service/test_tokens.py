@@ -52,7 +52,8 @@ def secured(shelf: Path, tmp_path_factory: pytest.TempPathFactory, serving) -> I
     ("GET", "/v1/nowhere", None, "read"), ("GET", "/docs/../v1/tables", None, "read"),
     ("POST", "/v1/evaluate", EVALUATE, "run"), ("POST", "/v1/health", {}, "run"),
     ("POST", "/v1/fits/none/cancel", None, "run"), ("DELETE", "/v1/fits/none", None, "run"),
-    ("DELETE", "/v1/tables/none", None, "admin"), ("DELETE", "/v1/recordings/none", None, "admin")])
+    ("DELETE", "/v1/tables/none", None, "admin"), ("DELETE", "/v1/recordings/none", None, "admin"),
+    *(("PATCH", f"/v1/{kind}/none", {"name": "new"}, "admin") for kind in ("tables", "recordings", "benches"))])
 def test_every_role_may_do_what_it_includes(secured: Secured, method: str, path: str, body: object,
                                             needed: str | None) -> None:
     for number, role in enumerate((None, *ROLES)):

@@ -54,8 +54,8 @@ class Bench:
                 assert self.service.poll() is None
                 time.sleep(0.05)
 
-    def work(self, name: str = "worker-1") -> None:
-        self.worker = self.launch("worker", "work", "--name", name, **self.environment)
+    def work(self, name: str = "worker-1", *options: str) -> None:
+        self.worker = self.launch("worker", "work", "--name", name, *options, **self.environment)
 
     def run_both(self) -> None:
         """Start what an earlier test has killed and not started again."""

@@ -1,0 +1,175 @@
+"""Calibrations over HTTP with a real worker: benches and declared machines, nonsense, cancellation, and kill -9."""
+
+import json
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+from test_serve_jobs import Bench, ended
+
+import slipstick
+from slipstick.clutch.model import Model
+from slipstick.engine.simulation import simulate_runs
+from slipstick.machine import list_experiments, open_machine, write_runs
+from slipstick.recordings import Recordings
+from slipstick.storage.library import Library
+from slipstick.storage.shipped import FOLDER
+
+ADDRESS = "/v1/calibrations"
+MOTOR = open_machine("dc_motor")
+
+
+@pytest.fixture(scope="module")
+def bench(shelf: Path, few_recordings: Path, tmp_path_factory: pytest.TempPathFactory,
+          launch: Callable[..., subprocess.Popen[bytes]]) -> Iterator[Bench]:
+    bench = Bench(shelf, few_recordings / "few.h5", tmp_path_factory.mktemp("calibrations"), launch)
+    (bench.tables / "runs.h5").write_bytes(write_runs(simulate_runs(MOTOR, list_experiments(MOTOR), seed=1), MOTOR))
+    yield bench
+    bench.kill(bench.service, bench.worker)
+    bench.client.close()
+
+
+@pytest.fixture(scope="module")
+def direct(few_recordings: Path) -> dict[str, Any]:
+    """The calibration to `few` in this process, as JSON."""
+    result = slipstick.calibrate("heavy", Recordings.open(few_recordings / "few.h5"), progress=False)
+    content: dict[str, Any] = json.loads(json.dumps(result.to_dict()))
+    return content
+
+
+def iterating(job: dict[str, Any]) -> bool:
+    assert job["status"] in ("queued", "running"), job
+    return job["progress"] is not None
+
+
+def refused(client: httpx.Client, status: int, **body: Any) -> dict[str, Any]:
+    answer = client.post(ADDRESS, json=body)
+    assert answer.status_code == status, answer.text
+    problem: dict[str, Any] = answer.json()
+    assert problem["remedy"]
+    return problem
+
+
+def test_a_calibration_survives_a_killed_worker_and_gives_the_result_of_the_function(
+        bench: Bench, direct: dict[str, Any]) -> None:
+    bench.post(ADDRESS, "killed", {"recordings": "few"})
+    doing = bench.follow("killed", iterating, address=ADDRESS)["progress"]["doing"]
+    assert "parameters, largest change" in doing
+    renamed = bench.client.patch("/v1/benches/heavy", json={"name": "other"})
+    assert renamed.status_code == 409
+    assert f"{ADDRESS}/killed" in renamed.json()["detail"]
+    bench.kill(bench.worker)
+    assert bench.client.get(f"{ADDRESS}/killed").json()["status"] == "running"
+    assert bench.client.get(f"{ADDRESS}/killed/result").status_code == 409
+    bench.work()
+    job = bench.follow("killed", ended, address=ADDRESS)
+    assert (job["status"], job["bench"], job["machine"], job["progress"]["done"]) == ("done", "heavy", None, 1.0)
+    finished = bench.client.get(job["links"]["result"])
+    result = finished.json()["result"]
+    assert result["parameters"] == direct["parameters"]
+    assert result["reduced_chi_square"] == direct["reduced_chi_square"]
+    assert result["partial"] is None
+    assert list(finished.json()["seconds"]) == ["calibrate"]
+    known = {"If-None-Match": finished.headers["ETag"]}
+    assert bench.client.get(job["links"]["result"], headers=known).status_code == 304
+
+    model = bench.client.get(job["links"]["model"])
+    assert Model.from_spec(model.json()).spec() == direct["model"]
+    pictures = bench.client.get(job["links"]["pictures"]).json()["pictures"]
+    assert [entry["name"] for entry in pictures] == ["parameters"]
+    assert bench.client.get(pictures[0]["href"], params={"format": "svg"}).text.startswith("<svg")
+    report = bench.client.get(job["links"]["report"]).text
+    for said in ("calibration killed", "friction coefficient", "90% interval", "SHA-256", "N m/Pa"):
+        assert said in report
+    front = bench.client.get("/").text
+    assert "Calibration to “few” on the bench heavy" in front
+    assert "parameters of the bench &#x27;heavy&#x27; fitted" in front
+
+    bench.post(ADDRESS, "killed", {"recordings": "few"})  # the same request gives the same job
+    assert bench.client.get(ADDRESS).json()["total"] == 1
+    again = bench.client.post(ADDRESS, json={"recordings": "few", "model": model.json()})
+    assert again.json()["model_digest"] == Model.from_spec(model.json()).digest
+    assert bench.client.post(f"{ADDRESS}/{again.json()['id']}/cancel").json()["status"] == "cancelled"
+
+
+def test_a_calibration_whose_time_ends_is_partial(bench: Bench) -> None:
+    bench.post(ADDRESS, "short", {"recordings": "few", "time_budget": 0.001})
+    assert bench.follow("short", ended, address=ADDRESS)["status"] == "done"
+    partial = bench.client.get(f"{ADDRESS}/short/result").json()["result"]["partial"]
+    assert partial["budget"] == 0.001
+    assert partial["missing"] == ["convergence"]
+    assert "Partial result:" in bench.client.get(f"{ADDRESS}/short/report").text
+
+
+def test_a_cancelled_calibration_frees_the_worker(bench: Bench) -> None:
+    bench.post(ADDRESS, "long", {"recordings": "measured"})
+    bench.post(ADDRESS, "next", {"recordings": "few", "time_budget": 0.001})
+    bench.follow("long", lambda job: bool(job["status"] == "running"), address=ADDRESS)
+    assert bench.client.post(f"{ADDRESS}/long/cancel").json()["status"] == "cancelled"
+    assert bench.follow("next", ended, seconds=60, address=ADDRESS)["status"] == "done"
+    assert bench.client.delete(f"{ADDRESS}/long").status_code == 204
+
+
+def test_a_machine_is_calibrated_by_a_worker_that_has_its_file(bench: Bench) -> None:
+    bench.post(ADDRESS, "without", {"recordings": "runs"})
+    failed = bench.follow("without", ended, address=ADDRESS)
+    assert failed["problem"] == ("This worker has no machine 'dc motor'. Start it with `work --machine FILE.py`, the "
+                                 "file that declares the machine.")
+    bench.kill(bench.worker)
+    bench.work("worker-1", "--machine", str(FOLDER / "machines" / "dc_motor.py"))
+    bench.post(ADDRESS, "motor", {"recordings": "runs"})
+    job = bench.follow("motor", ended, address=ADDRESS)
+    assert (job["status"], job["machine"], job["bench"]) == ("done", "dc motor", None), job["problem"]
+    result = bench.client.get(job["links"]["result"]).json()["result"]
+    fitted = slipstick.calibrate(MOTOR, bench.tables / "runs.h5", progress=False).to_dict()
+    assert result == json.loads(json.dumps(fitted))
+    assert bench.client.get(job["links"]["pictures"]).json()["pictures"] == []
+    report = bench.client.get(job["links"]["report"]).text
+    for said in ("Parameters of the machine dc motor", "dry torque", "reduced chi-square"):
+        assert said in report
+    refused_model = bench.client.get(job["links"]["model"])
+    assert refused_model.status_code == 422
+    assert "has no model file" in refused_model.json()["detail"]
+    assert "which has no bench" in refused(bench.client, 422, recordings="runs", bench="heavy")["detail"]
+
+
+def test_nonsense_is_refused_with_cause_and_remedy(bench: Bench) -> None:
+    assert "nothing" in refused(bench.client, 404, recordings="nothing")["detail"]
+    assert "is a table" in refused(bench.client, 404, recordings="nominal")["detail"]
+    assert "none" in refused(bench.client, 404, recordings="few", bench="none")["detail"]
+    five = Recordings.open(bench.tables / "few.h5").take(np.arange(5))
+    unordered = replace(five, conditions=replace(five.conditions, run_order=None))
+    (bench.tables / "five.h5").write_bytes(unordered.to_bytes())
+    assert "too few for a calibration" in refused(bench.client, 422, recordings="five", bench="heavy")["detail"]
+    shutil.copy(Path(__file__).parents[2] / "tables" / "compact.toml", bench.tables)
+    model = Model(Library(bench.tables).bench("compact").physics).spec()
+    assert "bench" in refused(bench.client, 422, recordings="few", bench="heavy", model=model)["detail"]
+    wrong = Library(bench.tables).table("nominal").model.spec()
+    for damage in ({"parameters": {}}, {"effects": {"no_such_effect": {}}}, {"laws": [{}]},
+                   {"parameters": {"pressure_bias": "a"}}, {"bench": {}}):
+        refused(bench.client, 422 if "effects" not in damage else 404, recordings="few", bench="heavy",
+                model={**wrong, **damage})
+    for body in ({"model": []}, {"time_budget": 0}, {"time_budget": -1}, {"settings": {}}, {"bench": 1}):
+        refused(bench.client, 422, recordings="few", **body)
+    (bench.tables / "five.h5").unlink()
+
+
+def test_a_calibration_with_a_parameter_at_a_bound_has_no_model(bench: Bench) -> None:
+    near = '"0.00032 N m/Pa", uncertain = true, lower = 0.5, upper = 1.'
+    heavy = (bench.tables / "heavy.toml").read_text()
+    (bench.tables / "tight.toml").write_text(heavy.replace(f"{near}5", f"{near}001"))
+    bench.post(ADDRESS, "at-bound", {"recordings": "few", "bench": "tight"})
+    bench.follow("at-bound", ended, address=ADDRESS)
+    result = bench.client.get(f"{ADDRESS}/at-bound/result").json()["result"]
+    assert "friction_coefficient" in result["at_bound"]
+    answer: httpx.Response = bench.client.get(f"{ADDRESS}/at-bound/model")
+    assert answer.status_code == 422
+    assert "friction_coefficient" in answer.json()["detail"]
+    assert "At a bound" in bench.client.get(f"{ADDRESS}/at-bound/report").text
+    (bench.tables / "tight.toml").unlink()
