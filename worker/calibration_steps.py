@@ -23,7 +23,8 @@ def calibrate_bench(library: Library, report: Report, order: Order) -> dict[str,
     return {"result": result.to_dict(), **stage_times({}, "calibrate", begin)}
 
 
-def calibrate_declared(library: Library, report: Report, machine: str, dask: str | None, order: Order) -> dict[str, Any]:
+def calibrate_declared(library: Library, report: Report, machine: str, dask: str | None,
+                       order: Order) -> dict[str, Any]:
     """The output of the job of a declared machine, of whose file this is the path, by a Dask scheduler if given."""
     begin, runs = clock_times(), runs_of(library, order, "calibration")
     with cluster_at(dask) as executor:
