@@ -27,6 +27,8 @@ _SECOND_ERROR = 6.0
 """Sampling variance of the logarithm of the robust variance of second differences, times the number of samples: 1.8
 times that of independent normal values (correlation of neighbouring differences, and the values that are left out)."""
 _THIRD, _LAGGED = np.array([1.0, -3.0, 3.0, -1.0]), np.array([1.0, -2.0, 0.0, 2.0, -1.0])
+_ROUNDED = 100.0
+"""Spacings of floating point numbers below which differences of a signal are no noise, but rounding."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ def estimate_sensor_noise(name: str, values: np.ndarray) -> Noise:
     A smooth signal does not reach either, and jumps are rare. Raises `InvalidValue` if there is no noise.
     """
     third, lagged = (robust_std(_convolve(values, taps)) for taps in (_THIRD, _LAGGED))
-    if not third > 0:
+    if not third > _ROUNDED * np.spacing(np.abs(values).max()):
         raise InvalidValue(f"The signal {name} shows no noise, so its residuals cannot be weighted",
                            "Record it with a finer resolution, or add the noise of its sensor")
 
