@@ -15,7 +15,7 @@ from slipstick.engine.selection import Identification, identify
 TABLE = Path(__file__).parents[1] / "real.csv"
 PICTURES = Path(__file__).parent
 HEADER = "machine", "variant", "what", "value", "standard error", "unit", "published"
-MACHINES = "emps", "pneumatic_seals", "shaft_with_disturbances"
+MACHINES = "emps", "pneumatic_seals", "shaft_with_disturbances", "band_brake"
 """The modules, which are also the names of the folders."""
 
 

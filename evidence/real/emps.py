@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 
 from evidence.real import Row, compare_parameters, sum_terms
-from evidence.real.picture import Band, draw_bands
+from evidence.real.picture import Band, Panel, draw_panels
 from slipstick.engine.preparation import prepare
 from slipstick.engine.recordings import Recorded
 from slipstick.engine.selection import Identification
@@ -106,6 +106,6 @@ def _publish(velocity: np.ndarray) -> np.ndarray:
 def draw(answers: Mapping[str, Identification]) -> bytes:
     """Return the picture of the measured friction beside the published one."""
     band = sum_friction(answers[PLAIN])
-    return draw_bands("Friction of a positioning system", "line: measured, without Coulomb friction in the model, with "
-                      "its 95 % band; dashed: published", "velocity, m/s", "friction force, N", [band],
-                      [Band("published", band.x, _publish(band.x))])
+    return draw_panels("Friction of a positioning system", "line: measured, without Coulomb friction in the model, "
+                       "with its 95 % band; dashed: published", Panel("velocity, m/s", "friction force, N", [band],
+                                                                 [Band("published", band.x, _publish(band.x))]))

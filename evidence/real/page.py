@@ -4,8 +4,6 @@ import csv
 
 from evidence.real.command import TABLE
 
-_MANY = 3
-"""Variants up to which each has a column of values, and not a row."""
 _COUNTED = {"candidates", "runs", "runs set aside", "blocks with more than noise left"}
 _NAMED = "named: "
 
@@ -19,25 +17,26 @@ def read_rows(machine: str) -> list[dict[str, str]]:
 def render_findings(machine: str) -> str:
     """Return what is named in each variant, with nats."""
     rows = read_rows(machine)
-    lines = ["| variant | runs | candidates | named (nats) | more than noise left |", "| --- | --- | --- | --- | --- |"]
+    lines = list[list[str]]()
     for variant in dict.fromkeys(row["variant"] for row in rows):
         own = {row["what"]: row["value"] for row in rows if row["variant"] == variant}
         named = "; ".join(f"{what.removeprefix(_NAMED)} ({float(value):.0f})" for what, value in own.items()
                           if what.startswith(_NAMED))
-        lines.append(f"| {variant} | {own['runs']} | {own['candidates']} | {named or 'nothing'} | "
-                     f"{'yes' if int(own['blocks with more than noise left']) else 'no'} |")
-    return "\n".join(lines)
+        lines.append([variant, own["runs"], own["runs set aside"], own["candidates"], named or "nothing",
+                      "yes" if int(own["blocks with more than noise left"]) else "no"])
+    return _join(["variant", "runs", "set aside", "candidates", "named (nats)", "more than noise left"], lines)
 
 
 def render_values(machine: str) -> str:
-    """Return the values beside what is known, in a column for each variant, or in a row if there are many."""
+    """Return the values beside what is known, of each variant in a column, or in a row if there are more variants."""
     rows = [row for row in read_rows(machine) if row["what"] not in _COUNTED and not row["what"].startswith(_NAMED)]
     cells = {(row["variant"], row["what"]): _write(row) for row in rows}
     variants, whats = (tuple(dict.fromkeys(row[key] for row in rows)) for key in ("variant", "what"))
-    units = {row["what"]: f"{row['what']}, {row['unit']}" for row in rows}
-    if len(variants) > _MANY:
-        return _join(["variant", *(units[what] for what in sorted(whats))],
-                     [[variant, *(cells.get((variant, what), "") for what in sorted(whats))] for variant in variants])
+    units = {row["what"]: ", ".join(filter(None, (row["what"], row["unit"]))) for row in rows}
+    if len(variants) > len(whats):
+        whats = tuple(sorted(whats))
+        return _join(["variant", *(units[what] for what in whats)],
+                     [[variant, *(cells.get((variant, what), "") for what in whats)] for variant in variants])
     return _join(["", *variants],
                  [[units[what], *(cells.get((variant, what), "") for variant in variants)] for what in whats])
 

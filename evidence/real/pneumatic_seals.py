@@ -10,10 +10,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import scipy
 
 from evidence.real import Row, compare_parameters
-from evidence.real.picture import Band, draw_bands
+from evidence.real.picture import Band, Panel, draw_panels
+from evidence.real.signals import average, cut
 from slipstick.engine.preparation import prepare
 from slipstick.engine.recordings import Recorded
 from slipstick.engine.selection import Identification
@@ -64,19 +64,15 @@ def read_runs(files: list[Path]) -> Runs:
     """Return means over even times, in runs of equal length, of recordings at several pressures."""
     pieces, levels, order = list[np.ndarray](), list[float](), list[float]()
     for path in files:
-        time, *values = np.loadtxt(path, delimiter=",", skiprows=1, unpack=True)
-        time *= 1e-3
-        edges = np.arange(_FIRST, time[-1], _STEP)
-        # Of lines between the samples, so that the jitter of the clock does not weigh.
-        sums = scipy.integrate.cumulative_trapezoid(values, time, initial=0)
-        means = np.diff([np.interp(edges, time, row) for row in sums]) / _STEP
-        pauses = np.flatnonzero(np.diff(time) > _LONGEST)
-        rows = np.vstack([means, np.gradient(means[0], _STEP)])
-        for begin in range(0, rows.shape[1] - _SAMPLES + 1, _SAMPLES):
-            if not ((time[pauses + 1] > edges[begin]) & (time[pauses] < edges[begin + _SAMPLES])).any():
-                pieces.append(rows[:, begin:begin + _SAMPLES])
-                levels.append(float(path.name.removesuffix("bar.csv.gz").rpartition("_")[2]))
-                order.append(begin / _SAMPLES)
+        content = np.loadtxt(path, delimiter=",", skiprows=1)
+        time = 1e-3 * content[:, 0]
+        begins = np.arange(_FIRST, time[-1], _STEP)[:-1]
+        means = average(time, content[:, 1:], begins, _STEP).T
+        values = np.vstack([means, np.gradient(means[0], _STEP)])
+        for rows in cut(time, begins, _STEP, _SAMPLES, _LONGEST):
+            pieces.append(values[:, rows])
+            levels.append(float(path.name.removesuffix("bar.csv.gz").rpartition("_")[2]))
+            order.append(rows.start / _SAMPLES)
     position, pressure, force, velocity = np.array(pieces).transpose(1, 0, 2)
     instants = np.tile(_STEP * np.arange(_SAMPLES), (len(pieces), 1))
     return Runs(instants[0], {"force": force, "pressure": pressure},
@@ -116,5 +112,6 @@ def draw(answers: Mapping[str, Identification]) -> bytes:
         for bands, loops in ((explained, measure_explained(answers[seal])),
                              (known, measure_loops(answers[seal].fits[0].recorded.runs))):
             bands.append(Band(seal, np.array([*loops]), np.array([*loops.values()])))
-    return draw_bands("Friction of seals of a piston", "lines: the plain model with the laws that are named; dashed: "
-                      "half of the loop of the recorded force", "pressure, bar", "friction, N", explained, known)
+    return draw_panels("Friction of seals of a piston", "lines: the plain model with the laws that are named; dashed: "
+                       "half of the loop of the recorded force",
+                       Panel("pressure, bar", "friction, N", explained, known))

@@ -5,13 +5,15 @@ and controller are one block that the desired speed drives: in a closed loop, ef
 controller (Ljung, System Identification, 1999, chapter 13). The model lacks what presses on the shaft.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from evidence.real import Row
-from evidence.real.measured import state_changes, state_parameters
+from evidence.real.measured import Expected, plot_law, state_law, state_parameters
+from evidence.real.picture import draw_panels
+from evidence.real.signals import average, cut
 from slipstick.engine.laws import CONSTANT, GAIN, LAG, PAST
 from slipstick.engine.preparation import prepare
 from slipstick.engine.recordings import Recorded
@@ -22,6 +24,12 @@ _PERIOD, _MEANS, _SAMPLES = 1 / 3.67, 4, 120
 """Period in s of an oscillation that all files have at any speed, over which running means are taken; how many of these
 there are in it, and in a run: longer files are cut."""
 _COLUMNS = {"desired speed": 1, "speed": 2, "effort": 3, "lateral force": 4, "damper resistance": 5, "temperature": 6}
+_LATERAL = 0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0
+_RESISTANCES = 15.0, 14.0, 13.0, 12.0, 11.0, 10.0, 9.0, 7.0, 6.0, 5.0, 3.0
+_LAWS = {"force": Expected(("friction torque", "lateral force"), _LATERAL),
+         "damper": Expected(("drag", "damper resistance"), _RESISTANCES, "w / (R + r)",
+                            lambda resistance, w, r: w / (resistance + r))}
+"""The law that each kind of disturbance should show, and where it is stated: at all resistances in ohm of the files."""
 
 # What acts on the shaft knows neither of the controller nor of its effort, which is the answer to it. An encoder counts
 # whatever turns it. The effort is a number that the controller computes: no sensor has an error in it.
@@ -53,9 +61,7 @@ def _(x, u, q, p):  # type: ignore[no-untyped-def]
     return rising, p.integral_gain * lag
 
 
-@_loop.start
-def _(u, q, p):  # type: ignore[no-untyped-def]
-    return p.first_speed, p.first_effort - p.proportional_gain * (u.desired_speed - p.first_speed)
+_loop.start(lambda u, q, p: (p.first_speed, p.first_effort - p.proportional_gain * (u.desired_speed - p.first_speed)))
 
 
 @_loop.output
@@ -69,43 +75,30 @@ MACHINE = Machine("shaft", (_loop,), _SENSORS, commands=(Command("desired speed"
 
 def read(folder: Path) -> dict[str, Recorded]:
     """Return runs with a roller and with a generator, each with what is known of it and without, and healthy ones."""
-    kinds = {kind: _cut(sorted(folder.glob(f"{kind}-*.csv.gz"), key=_number))
-             for kind in ("force", "damper", "healthy")}
+    kinds = {kind: _cut([*folder.glob(f"{kind}-*.csv.gz")]) for kind in ("force", "damper", "healthy")}
     variants = dict[str, Runs]()
-    for kind, channel in (("force", "lateral force"), ("damper", "damper resistance")):
-        variants[f"{kind}, with the {channel}"] = _gather(kinds[kind], ("temperature", channel))
-        variants[f"{kind}, without it"] = _gather(kinds[kind], ("temperature",))
+    for kind, law in _LAWS.items():
+        variants |= {f"{kind}, with the {law.pair[1]}": _gather(kinds[kind], "temperature", law.pair[1]),
+                     f"{kind}, without it": _gather(kinds[kind], "temperature")}
     for part, rows in enumerate(np.array_split(np.arange(len(kinds["healthy"])), 3), start=1):
-        variants[f"healthy, part {part}"] = _gather([kinds["healthy"][row] for row in rows], ("temperature",))
+        variants[f"healthy, part {part}"] = _gather([kinds["healthy"][row] for row in rows], "temperature")
     return {name: prepare(MACHINE, runs) for name, runs in variants.items()}
-
-
-def _number(path: Path) -> int:
-    return int(path.name.removesuffix(".csv.gz").rpartition("-")[2])
 
 
 def _cut(paths: list[Path]) -> list[tuple[int, np.ndarray]]:
     """Return running means (k, columns), of pieces of recordings, with the number of the file."""
     pieces = list[tuple[int, np.ndarray]]()
-    for path in paths:
+    for number, path in sorted((int(path.name.removesuffix(".csv.gz").rpartition("-")[2]), path) for path in paths):
         content = np.genfromtxt(path, delimiter=",", skip_header=1)
-        time, values = 1e-3 * (content[:, 0] - content[0, 0]), content[:, 1:]
-        # Of lines between the samples, so that an irregular clock has no weight.
-        areas = 0.5 * np.diff(time)[:, None] * (values[1:] + values[:-1])
-        whole = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(areas, axis=0)])
-        instants = np.arange(0, time[-1], _PERIOD / _MEANS)
-        integral = np.array([np.interp(instants, time, column) for column in whole.T]).T
-        means = (integral[_MEANS:] - integral[:-_MEANS]) / _PERIOD
-        pause = np.flatnonzero(np.diff(time) > _PERIOD)
-        for begin in range(0, len(means) - _SAMPLES + 1, _SAMPLES):
-            piece, last = means[begin:begin + _SAMPLES], instants[begin + _SAMPLES - 1 + _MEANS]
-            is_whole = not ((time[pause + 1] > instants[begin]) & (time[pause] < last)).any()
-            if is_whole and piece[:, 0].min() > 0:  # the motor is switched on
-                pieces.append((_number(path), piece))
+        time = 1e-3 * (content[:, 0] - content[0, 0])
+        begins = np.arange(0, time[-1] - _PERIOD, _PERIOD / _MEANS)
+        means = average(time, content[:, 1:], begins, _PERIOD)
+        pieces += [(number, means[rows]) for rows in cut(time, begins, _PERIOD, _SAMPLES, _PERIOD)
+                   if means[rows, 0].min() > 0]  # the motor is switched on
     return pieces
 
 
-def _gather(pieces: list[tuple[int, np.ndarray]], channels: tuple[str, ...]) -> Runs:
+def _gather(pieces: list[tuple[int, np.ndarray]], *channels: str) -> Runs:
     values = {name: np.array([piece[:, column - 1] for _, piece in pieces]) for name, column in _COLUMNS.items()}
     time = _PERIOD / _MEANS * np.arange(_SAMPLES)
     desired = Profile(np.tile(time, (len(pieces), 1)), values["desired speed"])
@@ -116,5 +109,12 @@ def _gather(pieces: list[tuple[int, np.ndarray]], channels: tuple[str, ...]) -> 
 def compare(variant: str, answer: Identification) -> Iterator[Row]:
     """Yield parameters, and the laws over the channels beyond what they are without a disturbance."""
     yield from state_parameters(answer)
-    yield from state_changes(answer.fits[0], ("friction torque", "lateral force"), 0.0, (1.0, 2.0, 4.0, 8.0))
-    yield from state_changes(answer.fits[0], ("drag", "damper resistance"), 15.0, (11.0, 9.0, 7.0, 5.0, 3.0))
+    for law in _LAWS.values():
+        yield from state_law(law, answer.fits[0])
+
+
+def draw(answers: Mapping[str, Identification]) -> bytes:
+    """Return the picture of the laws over both channels, and of w / (R + r) with the closest w and r."""
+    fits = {kind: answers[f"{kind}, with the {law.pair[1]}"].fits[0] for kind, law in _LAWS.items()}
+    return draw_panels("What loads a shaft", "beyond no force and 15 ohm, with 95 % bands; dashed: w / (R + r)",
+                       *(panel for kind, law in _LAWS.items() for panel in plot_law(law, fits[kind])))

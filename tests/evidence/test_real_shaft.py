@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from evidence.real import shaft_with_disturbances as shaft
+from evidence.real.measured import fit_form
+from evidence.real.picture import Band
 from slipstick.engine.laws import list_candidates
 from slipstick.engine.model import nominal_own_values
 
@@ -72,3 +74,16 @@ def test_pieces_in_which_nothing_was_recorded_are_left_out(tmp_path: Path) -> No
     numbers = [number for number, _ in pieces]
     assert numbers.count(200) > numbers.count(201) > 0
     assert all(np.abs(np.diff(values[:, 1])).min() > 0 for _, values in pieces)
+
+
+def test_the_form_of_a_drag_is_known_but_for_two_parameters() -> None:
+    law = shaft._LAWS["damper"]
+    resistance = np.array(law.places)
+    drag = Band("drag", resistance, 4 / (resistance + 9) - 4 / (resistance[0] + 9))
+
+    [closest], parameters = fit_form(law, drag)
+
+    assert parameters["w"][0] == pytest.approx(4, rel=1e-4)
+    assert parameters["r"][0] == pytest.approx(9, rel=1e-4)
+    np.testing.assert_allclose(closest.value, drag.value, atol=1e-6)
+    assert fit_form(shaft._LAWS["force"], drag) == ([], {})
