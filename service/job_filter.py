@@ -16,13 +16,17 @@ ACTIVE: tuple[Status, ...] = ("queued", "running")
 
 @dataclass(frozen=True)
 class JobFilter:
-    """The jobs with one of `status`, submitted at or after `since`, of these files; all by default."""
+    """The jobs with one of `status`, submitted at or after `since`, of these files; all by default.
+
+    `text` is contained in the id of the job or in the name of one of its files.
+    """
 
     status: Sequence[Status] | None = None
     since: datetime.datetime | None = None
     recordings: str | None = None
     table: str | None = None
     bench: str | None = None
+    text: str | None = None
 
     @property
     def states(self) -> list[str] | None:

@@ -33,7 +33,7 @@ _NO_WORKER = ('<aside class="warnings"><p><strong>No worker is alive.</strong> J
               "<code>slipstick work</code></p></aside>")
 Active = FitWithProgress | StudyWithProgress | CalibrationWithProgress
 Listed = Fit | Study | Calibration
-_KINDS: tuple[JobKind[Listed, Active], ...] = (STUDIES, FITS, CALIBRATIONS)
+JOB_KINDS: tuple[JobKind[Listed, Active], ...] = (STUDIES, FITS, CALIBRATIONS)
 
 
 @dataclass(frozen=True)
@@ -58,31 +58,32 @@ class Jobs:
             f'<p class="counts"><span class="dot {"on" if alive else "off"}"></span>{plural(alive, "worker")} alive · '
             f"{running} running · {waiting} waiting</p>",
             _NO_WORKER if active and not alive else "", steps,
-            group("Jobs", [_active_entry(job) for job in active], "No job is running or waiting.",
+            group("Jobs", [active_entry(job) for job in active], "No job is running or waiting.",
                   *_links_to_hidden(running + waiting - len(active))),
             *(_list_ended(kind, store, count) for kind, store in self._kinds())])
 
     def _kinds(self) -> list[tuple[JobKind[Listed, Active], JobStore]]:
-        return [(kind, self.stores[kind.name]) for kind in _KINDS]
+        return [(kind, self.stores[kind.name]) for kind in JOB_KINDS]
 
 
 def _list_ended(kind: JobKind[Listed, Active], store: JobStore, count: int) -> str:
     title = kind.plural.capitalize()
     jobs = store.newest(count + 1, 0, JobFilter(status=ENDED))
     older = Link(f"Show more {title.lower()}", f"/?count={min(1000, 2 * count)}#{title.lower()}")
-    return group(title, [_ended_entry(store, kind.without_progress(store, job)) for job in jobs[:count]],
+    return group(title, [ended_entry(store, kind.without_progress(store, job)) for job in jobs[:count]],
                  f"No {store.workflow} has ended yet.",
                  *([older] if len(jobs) > count else []), *listings(store.address))
 
 
 def _links_to_hidden(count: int) -> list[Link]:
     """Links to the lists with the jobs that wait, if `count` of them are not on the page."""
-    waiting = [Link(f"{kind.plural} that wait", f"{kind.address}?status=queued") for kind in _KINDS]
+    waiting = [Link(f"{kind.plural} that wait", f"{kind.address}?status=queued") for kind in JOB_KINDS]
     first = replace(waiting[0], text=f"{plural(count, 'more job')}: {waiting[0].text}")
     return [first, *waiting[1:]] if count > 0 else []
 
 
-def _describe_subject(job: Listed) -> str:
+def describe_subject(job: Listed) -> str:
+    """Return what a job is of, in words."""
     if not isinstance(job, Fit):
         subject = f"of the machine “{job.machine}”" if job.machine else f"on the bench {job.bench}"
         return f"{'Study of' if isinstance(job, Study) else 'Calibration to'} “{job.recordings}” {subject}"
@@ -90,12 +91,18 @@ def _describe_subject(job: Listed) -> str:
     return f"Fit of {listed([in_words(name) for name in job.parameters])} {model} to “{job.recordings}”"
 
 
-def _active_entry(job: Active) -> Entry:
+def active_entry(job: Active) -> Entry:
+    """Return a job that runs or waits as an entry of a list."""
     links = [Link("Status as JSON", job.links["self"])]
-    return Entry(job.id, job.links["self"], _describe_subject(job), job.status, _describe_progress(job), links)
+    return Entry(job.id, page_of(job), describe_subject(job), job.status, describe_progress(job), links)
 
 
-def _describe_progress(job: Active) -> str:
+def page_of(job: Listed) -> str:
+    """Return the address of the page of a job."""
+    return job.links["self"].removeprefix("/v1")
+
+
+def describe_progress(job: Active) -> str:
     """Progress in words, and as a bar where the share that is done is known."""
     left = None if job.progress is None else job.progress.budget_left
     return _describe_stage(job) + ("" if left is None or job.status != "running" else
@@ -134,20 +141,21 @@ def _round_seconds(seconds: float) -> str:
     return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
 
 
-def _ended_entry(store: JobStore, job: Listed) -> Entry:
+def ended_entry(store: JobStore, job: Listed) -> Entry:
+    """Return a job that has ended as an entry of a list."""
     address = job.links["self"]
-    about = f"{_describe_subject(job)}, {moment(job.ended)}"
+    about = f"{describe_subject(job)}, {moment(job.ended)}"
     if job.status != "done":
         cause = paragraph(str(store.find(job.id).error), "doing") if job.status == "failed" else ""
-        return Entry(job.id, address, about, job.status, cause, [Link("Status as JSON", address)])
-    answer = paragraph(_answer(store, job.id, str(job.ended)), "answer")
-    return Entry(job.id, job.links["report"], about, "", answer, [
+        return Entry(job.id, page_of(job), about, job.status, cause, [Link("Status as JSON", address)])
+    answer = paragraph(answer_of(store, job.id, str(job.ended)), "answer")
+    return Entry(job.id, page_of(job), about, "", answer, [
         Link("Report", job.links["report"]), Link("Result as JSON", job.links["result"]),
         *([Link("Residuals as CSV", f"{job.links['residuals']}?format=csv")] if "residuals" in job.links else [])])
 
 
 @lru_cache(maxsize=1000)
-def _answer(store: JobStore, id: str, ended: str) -> str:
+def answer_of(store: JobStore, id: str, ended: str) -> str:
     """What a job found, in a sentence. Read once, since results are large; `ended` tells jobs of the same id apart."""
     job = finished_job(store, id)
     output = output_of(job)

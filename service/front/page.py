@@ -28,7 +28,8 @@ def document(title: str, body: str, head: str = "") -> str:
         f'<link rel="icon" href="{_ICON}">', f"<style>{_style()}</style>", head, "</head>", "<body>",
         '<a class="skip" href="#main">Skip to the content</a>',
         '<header><div><a class="brand" href="/">Slipstick</a>',
-        f'<nav aria-label="Sections"><ul>{sections}<li><a href="/docs">API</a></li></ul></nav></div></header>',
+        f'<nav aria-label="Sections"><ul>{sections}<li><a href="/find">Search</a></li>'
+        '<li><a href="/docs">API</a></li></ul></nav></div></header>',
         f'<main id="main">\n{body}\n</main>',
         f"<footer><div>Slipstick {__version__}</div></footer>", "</body>", "</html>", ""])
 

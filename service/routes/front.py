@@ -1,22 +1,30 @@
 """The front page, and the stream that keeps its jobs up to date."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse
 from starlette.responses import Response
 
+from slipstick.errors import SlipstickError, UnknownName
 from slipstick.storage.library import Library
 
 from ..bodies import JsonRoute
 from ..following import EventStream, FollowingDependency, LastEventId, State
 from ..front.details import bench_page, recordings_page, table_page
+from ..front.file_actions import Folder, file_actions, invalid_page
+from ..front.find import quick_form
 from ..front.first_steps import first_steps
+from ..front.forms import SCRIPT, Form
 from ..front.holdings import about_bench, about_recordings, about_table, holdings
 from ..front.jobs import Jobs
+from ..front.orders import machine_tables, recordings_orders, table_orders
 from ..front.page import document
+from ..front.upload import SCRIPTS as UPLOAD_SCRIPTS
+from ..front.upload import upload_page
 from ..heartbeats import Heartbeats
+from ..job_filter import JobFilter
 from ..job_store import JobStore
 from ..jobs import JobStores
 from ..routes.benches import BenchNamePath
@@ -37,6 +45,7 @@ def front_page(request: Request, library: LibraryDependency, stores: JobStores,
     """What the service holds, and what it is doing."""
     jobs = _jobs(request, library, stores, count)
     body = "\n".join(["<h1>Test bench against simulation</h1>",
+                      f'<div class="start"><a class="button" href="/upload">Add files</a>{quick_form()}</div>',
                       f'<div id="live" data-events="/events?count={count}">', jobs, "</div>", holdings(library)])
     return HTMLResponse(document("Slipstick", body, f"{_NO_SCRIPT}\n{_SCRIPT}"), headers={"Cache-Control": "no-store"})
 
@@ -51,25 +60,55 @@ async def front_events(request: Request, library: LibraryDependency, stores: Job
     return EventStream(following, f"{request.base_url}events/{count}", state, last)
 
 
+@router.get("/upload", response_class=HTMLResponse)
+def add_files(library: LibraryDependency) -> HTMLResponse:
+    """The page on which files are added."""
+    return HTMLResponse(document("Add files", upload_page(library.benches(), machine_tables(library)), UPLOAD_SCRIPTS),
+                        headers={"Cache-Control": "no-store"})
+
+
 @router.get("/tables/{name}", response_class=HTMLResponse)
-def table_details(name: TableNamePath, library: LibraryDependency) -> HTMLResponse:
+def table_details(name: TableNamePath, library: LibraryDependency, stores: JobStores) -> HTMLResponse:
     """The page of a table."""
-    table = library.table(name)
-    return HTMLResponse(document(name, table_page(name, table, about_table(library, name))))
+    def content() -> tuple[str, Mapping[str, Form]]:
+        table = library.table(name)
+        return table_page(name, table, about_table(library, name)), table_orders(library, name, table)
+
+    return _file_page("tables", name, content, stores, JobFilter(table=name, status=["done"]))
 
 
 @router.get("/recordings/{name}", response_class=HTMLResponse)
-def recordings_details(name: RecordingsNamePath, library: LibraryDependency) -> HTMLResponse:
+def recordings_details(name: RecordingsNamePath, library: LibraryDependency, stores: JobStores) -> HTMLResponse:
     """The page of recordings."""
-    recordings = library.recorded(name)
-    return HTMLResponse(document(name, recordings_page(name, recordings, about_recordings(library, name))))
+    def content() -> tuple[str, Mapping[str, Form]]:
+        recordings = library.recorded(name)
+        return (recordings_page(name, recordings, about_recordings(library, name)),
+                recordings_orders(library, name, recordings))
+
+    return _file_page("recordings", name, content, stores, JobFilter(recordings=name, status=["done"]))
 
 
 @router.get("/benches/{name}", response_class=HTMLResponse)
-def bench_details(name: BenchNamePath, library: LibraryDependency) -> HTMLResponse:
+def bench_details(name: BenchNamePath, library: LibraryDependency, stores: JobStores) -> HTMLResponse:
     """The page of a bench."""
-    bench = library.bench(name)
-    return HTMLResponse(document(name, bench_page(name, bench, about_bench(library, name))))
+    def content() -> tuple[str, Mapping[str, Form]]:
+        return bench_page(name, library.bench(name), about_bench(library, name)), {}
+
+    return _file_page("benches", name, content, stores, JobFilter(bench=name, status=["done"]))
+
+
+def _file_page(folder: Folder, name: str, content: Callable[[], tuple[str, Mapping[str, Form]]], stores: JobStores,
+               users: JobFilter) -> HTMLResponse:
+    """The page of a file with what can be done with it, or that of an invalid one with the reason."""
+    results = sum(store.total(users) for store in stores.values())
+    try:
+        shown, orders = content()
+        body = f"{shown}\n{file_actions(folder, name, orders, results)}"
+    except UnknownName:
+        raise
+    except SlipstickError as error:
+        body = invalid_page(folder, name, str(error), results)
+    return HTMLResponse(document(name, body, SCRIPT))
 
 
 def _jobs(request: Request, library: Library, stores: Mapping[str, JobStore], count: int) -> str:

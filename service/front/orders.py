@@ -1,0 +1,116 @@
+"""The forms that submit jobs: one function for each kind, with defaults that suit most recordings."""
+
+from collections.abc import Sequence
+
+from slipstick.black_box import BlackBoxDescription, Measurements
+from slipstick.engine.settings import EngineSettings
+from slipstick.errors import SlipstickError
+from slipstick.machine import Runs
+from slipstick.pictures.theme import in_words
+from slipstick.recordings import Recordings
+from slipstick.storage.library import Library
+from slipstick.studies import StudySettings
+from slipstick.table import Table
+
+from ..fit_schemas import FitSettingsBody
+from .forms import KEY_PATTERN, Field, Form, expert_fields
+
+_BUDGETS = [("", "a day"), ("60", "1 minute"), ("600", "10 minutes"), ("3600", "1 hour"), ("14400", "4 hours")]
+_BUDGET = Field("time_budget", "Time limit", "when it ends, what there is by then becomes the result", "choice",
+                choices=_BUDGETS, is_json=True)
+_NAME = Field("Idempotency-Key", "Name", "becomes its id and part of its address; empty for a random one",
+              place="header", pattern=KEY_PATTERN,
+              rule="Up to 64 letters, digits, '.', '-' and '_', starting with a letter or digit")
+
+
+def recordings_orders(library: Library, name: str, recordings: Recordings | Measurements | Runs) -> dict[str, Form]:
+    """Return the jobs that recordings can be given to: what each does, and its form."""
+    if isinstance(recordings, Runs):
+        return {"Study these runs": machine_study_form(name, recordings.machine)}
+    tables = [(entry, table) for entry, table in _valid_tables(library) if _fits(table, recordings)]
+    orders = {"Study these recordings": study_form(name, library.benches())} \
+        if isinstance(recordings, Recordings) else {}
+    if tables:
+        axes = dict.fromkeys(axis.name for _, table in tables for axis in table.axes)
+        orders["Fit the inputs of a table to these recordings"] = fit_form(
+            [entry for entry, _ in tables], [name], list(axes))
+    return orders
+
+
+def table_orders(library: Library, name: str, table: Table) -> dict[str, Form]:
+    """Return the jobs that a table can be given to: what each does, and its form."""
+    names = [entry for entry in library.recordings() if _fits(table, _recorded(library, entry))]
+    return {"Fit the inputs of this table to recordings": fit_form(
+        [name], names, [axis.name for axis in table.axes])} if names else {}
+
+
+def machine_tables(library: Library) -> list[str]:
+    """Return the names of the tables of other machines, for which measurements can be added."""
+    return [name for name, table in _valid_tables(library) if isinstance(table.model, BlackBoxDescription)]
+
+
+def study_form(recordings: str, benches: Sequence[str]) -> Form:
+    """The form of a study of recordings of a bench."""
+    choices = [("", "found by its current profiles"), *((bench, bench) for bench in benches)]
+    return Form("study", "/v1/studies", "Start the study", [
+        Field("recordings", "", kind="hidden", value=recordings),
+        Field("bench", "Bench", "whose parameters, sensors and profiles the model has", "choice", choices=choices),
+        _BUDGET, _NAME], expert_fields(StudySettings, "settings"),
+        about="A study tests every quantity of the model for a dependence that the model lacks, names the best "
+              "explanation, and says how sure it is. It takes seconds to minutes.")
+
+
+def machine_study_form(recordings: str, machine: str) -> Form:
+    """The form of a study of runs of a declared machine."""
+    return Form("study", "/v1/studies", "Start the study", [
+        Field("recordings", "", kind="hidden", value=recordings), _BUDGET, _NAME],
+        expert_fields(EngineSettings, "engine"),
+        about=f"A study tests every quantity of the machine for a dependence that its model lacks. It needs a worker "
+              f"with the file of the machine “{machine}”: slipstick work --machine FILE.py")
+
+
+def fit_form(tables: Sequence[str], recordings: Sequence[str], parameters: Sequence[str]) -> Form:
+    """The form of a fit of some `parameters` of one of the tables to one of the recordings."""
+    return Form("fit", "/v1/fits", "Start the fit", [
+        _choice("table", "Table", "the simulated times that the fit interpolates", tables),
+        _choice("recordings", "Recordings", "the measurements that it describes", recordings),
+        Field("parameters", "Inputs", "what scatters from run to run; none marked: every axis of the table", "choices",
+              choices=[(name, in_words(name)) for name in parameters]),
+        _BUDGET, _NAME], [
+        Field("simulate", "Simulate instead of interpolating", "slower, without the error of the table", "choice",
+              choices=[("", "no"), ("true", "yes")], is_json=True),
+        Field("outside", "Outside the table", "the value beyond its edges", "choice",
+              choices=[("", "that of the edge"), ("nan", "missing"), ("error", "refused")]),
+        *expert_fields(FitSettingsBody, "settings")],
+        about="A fit finds the means and standard deviations of uncertain inputs under which the recordings are most "
+              "likely. It takes about a minute.")
+
+
+def _choice(name: str, label: str, about: str, values: Sequence[str]) -> Field:
+    if len(values) == 1:
+        return Field(name, "", kind="hidden", value=values[0])
+    return Field(name, label, about, "choice", value=values[-1], choices=[(value, value) for value in values])
+
+
+def _valid_tables(library: Library) -> list[tuple[str, Table]]:
+    tables = []
+    for name in library.tables():
+        try:
+            tables.append((name, library.table(name)))
+        except SlipstickError:  # the page of the files says why
+            continue
+    return tables
+
+
+def _recorded(library: Library, name: str) -> Recordings | Measurements | Runs | None:
+    try:
+        return library.recorded(name)
+    except SlipstickError:
+        return None
+
+
+def _fits(table: Table, recordings: Recordings | Measurements | Runs | None) -> bool:
+    """Whether recordings are of what a table holds: shifting times, or the output of another machine."""
+    if isinstance(recordings, Measurements):
+        return isinstance(table.model, BlackBoxDescription) and table.output.name == recordings.output.name
+    return isinstance(recordings, Recordings) and not isinstance(table.model, BlackBoxDescription)
