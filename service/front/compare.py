@@ -8,6 +8,7 @@ from typing import Any
 from slipstick.pictures import units
 from slipstick.pictures.theme import in_words
 from slipstick.report.markup import paragraph, section
+from slipstick.report.words import duration
 
 from ..front.elements import Link, moment
 from ..front.jobs import Active, Listed, describe_subject, page_of
@@ -34,15 +35,16 @@ class Side:
 class Pair:
     """A picture that both jobs have, as SVG elements."""
 
-    title: str
+    name: str
     caption: str
+    titles: tuple[str, str]
     elements: tuple[str, str]
 
 
 def comparison_page(kind: JobKind[Listed, Active], jobs: Sequence[Listed], sides: tuple[Side, Side],
                     pairs: Iterable[Pair]) -> str:
     """Return the content of the page that compares two jobs; `jobs` are those to choose from."""
-    rows = {"Answer": _answers(sides), "What they are of": _subjects(sides)}
+    rows = {"Overview": _overview(sides)}
     rows |= _fit_rows(sides) if kind.name == "fit" else _study_rows(sides)
     rows |= {"Settings that differ": _settings(sides)}
     heads = tuple(Link(side.job.id, page_of(side.job)).html() for side in sides)
@@ -61,15 +63,12 @@ def choice_page(kind: JobKind[Listed, Active], jobs: Sequence[Listed]) -> str:
     return f'{paragraph("Comparison", "over")}\n<h1>Compare two {kind.plural}</h1>\n{form}'
 
 
-def _answers(sides: tuple[Side, Side]) -> list[Row]:
-    return [_row("answer", sides, lambda side: side.answer)]
-
-
-def _subjects(sides: tuple[Side, Side]) -> list[Row]:
+def _overview(sides: tuple[Side, Side]) -> list[Row]:
     def same_data(side: Side) -> str:
         return f"{side.job.recordings} ({side.job.recordings_digest[:8]})"
 
-    rows = [_row("subject", sides, lambda side: describe_subject(side.job)), _row("recordings", sides, same_data),
+    rows = [_row("answer", sides, lambda side: side.answer),
+            _row("subject", sides, lambda side: describe_subject(side.job)), _row("recordings", sides, same_data),
             _row("ended", sides, lambda side: moment(side.job.ended))]
     if any(side.result.get("partial") for side in sides):
         rows.append(_row("complete", sides, lambda side: "no, the time limit ended it" if side.result.get("partial")
@@ -129,7 +128,7 @@ def _parameters(side: Side) -> dict[str, str]:
             units.raised(entry["unit"])) for entry in listed}
     fit = side.result.get("after") or side.result.get("before")
     return {} if fit is None else {
-        in_words(name): f"{units.signed(100 * (value - 1))} %" for name, value in fit["parameters"].items()}
+        in_words(name): f"{units.signed(100 * value)} %" for name, value in fit["parameters"].items()}
 
 
 def _blocks(side: Side) -> dict[str, str]:
@@ -157,7 +156,7 @@ def _settings(sides: tuple[Side, Side]) -> list[Row]:
     rows = [(in_words(name), *(_written(each.get(name)) for each in flat)) for name in {**flat[0], **flat[1]}
             if flat[0].get(name) != flat[1].get(name)]
     if budgets[0] != budgets[1]:
-        rows.append(("time limit", *("none" if budget is None else f"{budget:g} s" for budget in budgets)))
+        rows.append(("time limit", *("none" if budget is None else duration(budget) for budget in budgets)))
     return [(name, first, second) for name, first, second in rows]
 
 
@@ -195,7 +194,7 @@ def _table(heads: Sequence[str], rows: Iterable[Row]) -> str:
 
 
 def _pair(heads: Sequence[str], pair: Pair) -> str:
-    panels = "".join(f'<div><p class="note">{head}</p><div class="picture" tabindex="0">{element}</div></div>'
-                     for head, element in zip(heads, pair.elements, strict=True))
-    return (f'<figure class="pair"><h3>{escape(pair.title)}</h3><div class="panels">{panels}</div>'
-            f"<figcaption>{escape(pair.caption)}</figcaption></figure>")
+    panels = "".join(f'<div><p class="note">{head}: {escape(title)}</p><div class="picture" tabindex="0">{element}'
+                     "</div></div>" for head, title, element in zip(heads, pair.titles, pair.elements, strict=True))
+    return (f'<figure class="pair"><h3>{escape(in_words(pair.name).capitalize())}</h3><div class="panels">{panels}'
+            f"</div><figcaption>{escape(pair.caption)}</figcaption></figure>")

@@ -4,23 +4,29 @@ from collections.abc import Mapping, Sequence
 from html import escape
 
 from slipstick.report.markup import definitions, paragraph, section
+from slipstick.report.words import duration
 
 from ..front.elements import Link, moment
 from ..front.jobs import Active, Listed, answer_of, describe_progress, describe_subject, page_of
 from ..job_kind import JobKind
 from ..job_store import JobStore
+from ..study_schemas import FindingLaw
 from .forms import WITHOUT_SCRIPT, Form, folded
 
 _NO_WORKER = paragraph("No worker is alive. The job waits until one is started: slipstick work", "doing")
-_TEXTS = {"report": "Report", "result": "Result as JSON", "residuals": "Residuals as CSV", "laws": "Measured laws",
+_TEXTS = {"report": "Report", "result": "Result as JSON", "residuals": "Residuals as CSV",
           "model": "Extended model as JSON", "pictures": "Pictures"}
+_FORMATS = {"json": "JSON", "csv": "CSV", "mat": "MATLAB", "mo": "Modelica", "h": "C"}
 SCRIPTS = ('<script src="/static/front/act.js" type="module"></script>'
             '<script src="/static/front/live.js" type="module"></script>')
 
 
 def job_page(kind: JobKind[Listed, Active], store: JobStore, job: Active, workers: int,
-             others: Sequence[Listed]) -> str:
-    """Return the content of the page of a job, which can be compared with `others` of its kind."""
+             others: Sequence[Listed], laws: Sequence[FindingLaw]) -> str:
+    """Return the content of the page of a job, which can be compared with `others` of its kind.
+
+    `laws` are those that a study has measured.
+    """
     ended = job.status in ("done", "failed", "cancelled")
     state = f'<div id="state">{job_state(store, job, workers)}</div>' if ended else \
         f'<div id="live" data-events="/{kind.plural}/{job.id}/live">{job_state(store, job, workers)}</div>'
@@ -35,7 +41,7 @@ def job_page(kind: JobKind[Listed, Active], store: JobStore, job: Active, worker
                               is_dangerous=True).html()) if ended else ""
     return "\n".join([
         paragraph(kind.name.capitalize(), "over"), f"<h1>{escape(describe_subject(job))}</h1>", state,
-        section("Results", _downloads(kind, job)) if job.status == "done" else "",
+        section("Results", _downloads(kind, job, laws)) if job.status == "done" else "",
         section("What to do", WITHOUT_SCRIPT, _comparison(kind, job, others), cancel, delete),
         section("Origin", _origin(job))])
 
@@ -50,12 +56,15 @@ def job_state(store: JobStore, job: Active, workers: int) -> str:
     return mark + describe_progress(job) + ("" if workers else _NO_WORKER)
 
 
-def _downloads(kind: JobKind[Listed, Active], job: Active) -> str:
+def _downloads(kind: JobKind[Listed, Active], job: Active, laws: Sequence[FindingLaw]) -> str:
     addresses = {**job.links, "pictures": f"/{kind.plural}/{job.id}/pictures"}
     if "residuals" in addresses:
         addresses["residuals"] += "?format=csv"
     links = [Link(text, addresses[name]) for name, text in _TEXTS.items() if name in job.links]
-    return "<ul>" + "".join(f"<li>{link.html()}</li>" for link in links) + "</ul>"
+    items = [link.html() for link in links]
+    items += [f"Law of “{escape(law.title)}” as " + " · ".join(
+        Link(_FORMATS.get(form, form), address).html() for form, address in law.links.items()) for law in laws]
+    return "<ul>" + "".join(f"<li>{item}</li>" for item in items) + "</ul>"
 
 
 def _comparison(kind: JobKind[Listed, Active], job: Active, others: Sequence[Listed]) -> str:
@@ -91,7 +100,7 @@ def _origin(job: Active) -> str:
             links.append((name, f"/{folder}/{value}", value))
     files = '<p class="links">' + " · ".join(f"{kind} {Link(text, href).html()}" for kind, href, text in links) + "</p>"
     times = [("submitted", moment(job.submitted)), ("started", moment(job.started)), ("ended", moment(job.ended))]
-    budget = "none" if job.time_budget is None else f"{job.time_budget:g} s"
+    budget = "none" if job.time_budget is None else duration(job.time_budget)
     return files + definitions([("id", job.id), *((name, time) for name, time in times if time),
                                 ("time limit", budget)]) + \
         f'<p class="links">{Link("Everything as JSON", job.links["self"]).html()}</p>'

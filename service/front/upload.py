@@ -54,12 +54,14 @@ def _logger(benches: Sequence[str]) -> str:
     time = _channel("time", "time", "s")
     command = "".join([
         _channel("shift_command", "shift command", "", has_unit=False),
-        _entry("shift_command.above", "rises above", "in the unit of the file")])
+        _entry("shift_command.above", "rises above", "in the unit of the file"),
+        _entry("shift_command.time", "or at the time", "from the first sample of a file, such as 100 ms")])
     conditions = "\n".join(_condition(name, unit) for name, unit in {**CONDITION_UNITS, **INPUT_UNITS}.items())
     mapping = "\n".join([
         '<form class="act" id="mapping" method="post" novalidate hidden>',
         '<h3 tabindex="-1">Which channel is what</h3>',
-        paragraph("Proposed from the names and units of the channels of the first file. Check each line.", "about"),
+        paragraph("Proposed from the names and units of the channels of the first file. Check each line, and "
+                  "write a unit where the file states none, or a wrong one.", "about"),
         '<p class="open" hidden></p>',
         f'<div class="map" id="map-signals">{time}{signals}{_channel("further.oil_temperature", "oil temperature", "")}'
         "</div>", "<h3>Begin of an engagement</h3>", f'<div class="map">{command}</div>',
@@ -83,14 +85,15 @@ def _file(label: str, about: str, accept: str) -> Field:
 
 
 def _channel(key: str, label: str, unit: str, has_unit: bool = True) -> str:
-    """A row that chooses a channel, its unit where the file states none or another one, and its sign."""
+    """A row that chooses a channel, its unit where the file states none or a wrong one, and its sign."""
     id = f"map-{key.replace('.', '-')}"
     given = (f'<input type="text" class="unit" name="{key}.unit" aria-label="unit of {label}" autocomplete="off" '
              f'spellcheck="false" placeholder="{unit or "unit"}" size="8">') if has_unit else ""
     sign = (f'<label class="sign"><input type="checkbox" name="{key}.sign" aria-label="opposite sign of {label}"> ×−1'
             "</label>") if key.startswith("signals.") else ""
-    return (f'<div class="row" data-key="{key}"><label for="{id}">{label}</label><select id="{id}" name="{key}" '
-            f'aria-describedby="{id}-why"><option value="">not recorded</option></select>{given}{sign}'
+    return (f'<div class="row" data-key="{key}" data-needs="{unit or "unit"}"><label for="{id}">{label}</label>'
+            f'<select id="{id}" name="{key}" aria-describedby="{id}-why"><option value="">not recorded</option>'
+            f"</select>{given}{sign}"
             f'<span class="about" id="{id}-why"></span><span class="wrong" id="{id}-wrong" hidden></span></div>')
 
 
@@ -106,8 +109,8 @@ def _condition(name: str, unit: str) -> str:
     key, id, label = f"conditions.{name}", f"map-conditions-{name}", in_words(name)
     about = "only of a bench without a torque converter" if name in INPUT_UNITS else ""
     example = "0" if unit == "1" else f"1 {unit}"
-    return (f'<div class="row" data-key="{key}"><label for="{id}">{label}</label><input type="text" id="{id}" '
-            f'name="{key}.value" autocomplete="off" spellcheck="false" placeholder="{example}" '
-            f'aria-describedby="{id}-why"><select name="{key}" aria-label="channel of {label}">'
+    return (f'<div class="row condition" data-key="{key}"><label for="{id}">{label}</label>'
+            f'<input type="text" id="{id}" name="{key}.value" autocomplete="off" spellcheck="false" '
+            f'placeholder="{example}" aria-describedby="{id}-why"><select name="{key}" aria-label="channel of {label}">'
             '<option value="">or a channel</option></select>'
             f'<span class="about" id="{id}-why">{about}</span><span class="wrong" id="{id}-wrong" hidden></span></div>')

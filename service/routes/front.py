@@ -103,7 +103,8 @@ def _file_page(folder: Folder, name: str, content: Callable[[], tuple[str, Mappi
     results = sum(store.total(users) for store in stores.values())
     try:
         shown, orders = content()
-        body = f"{shown}\n{file_actions(folder, name, orders, results)}"
+        head, first, details = shown.partition("<section")  # what can be done stands before long tables
+        body = f"{head}{file_actions(folder, name, orders, results)}\n{first}{details}"
     except UnknownName:
         raise
     except SlipstickError as error:

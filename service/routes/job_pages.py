@@ -28,6 +28,7 @@ from ..job_store import JobStore
 from ..jobs import JobStores, finished_job, job_id_path, output_of
 from ..routes.drawing_routes import Drawn
 from ..routes.reports import drawn_fit
+from ..routes.study_laws import study_laws
 from ..routes.study_reports import drawn_study
 from ..schemas import LibraryDependency
 
@@ -49,7 +50,8 @@ def _add_pages(kind: JobKind[Listed, Active]) -> None:
         store = stores[kind.name]
         job = kind.with_progress(store, store.find(id))
         others = [other for other in _finished(kind, store) if other.id != id]
-        body = job_page(kind, store, job, request.app.state.heartbeats.alive(), others)
+        laws = study_laws(id, store).laws if kind.name == "study" and job.status == "done" else ()
+        body = job_page(kind, store, job, request.app.state.heartbeats.alive(), others, laws)
         refresh = '<noscript><meta http-equiv="refresh" content="10"></noscript>' if job.status in ACTIVE else ""
         return HTMLResponse(document(f"{kind.name.capitalize()} {id}", body, f"{SCRIPTS}{refresh}"), headers=_FRESH)
 
@@ -121,7 +123,7 @@ def _pairs(drawings: Drawings, kind: JobKind[Listed, Active], store: JobStore, i
     """The pictures that both jobs have."""
     drawn = [_DRAWN[kind.name](id, store) for id in ids]
     titles = [_titles(drawings, kind, each) for each in drawn]
-    return [Pair(title, drawn[0].captions[name], (
+    return [Pair(name, drawn[0].captions[name], (title, titles[1][name]), (
         _element(drawings, kind, drawn[0], name, f"first-{name}"),
         _element(drawings, kind, drawn[1], name, f"second-{name}")))
         for name, title in titles[0].items() if name in titles[1]]

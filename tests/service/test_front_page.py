@@ -280,7 +280,12 @@ def test_a_study_that_is_done_has_done_all_of_its_steps(
     assert found["progress"] == {**last, "done": 1.0, "budget_left": None}
 
 
-# The page /docs in a browser without internet access: it renders, and "Try it out" works.
+# The page /docs in a browser without internet access: it renders, and "Try it out" works, with files as well.
+
+CSV = """current_profile,motor_speed [rad/s],load_inertia [kg m^2],brake_torque [N m],shifting_time [s]
+0,104.7,6,20,0.9
+0,104.7,6,50,0.95
+"""
 
 
 @pytest.mark.slow
@@ -290,20 +295,24 @@ def test_the_page_works_without_internet_access(browser: webdriver.Chrome, reque
     wait = WebDriverWait(browser, 20)
     blocks = wait.until(lambda _: browser.find_elements(By.CSS_SELECTOR, ".opblock"))
     assert len(blocks) >= 14
+    file = tmp_path / "two.csv"
+    file.write_text(CSV)
     for operation in ("evaluate", "propagate", "likelihood", "upload_recordings", "submit_fit", "follow_fit"):
         block = browser.find_element(By.CSS_SELECTOR, f".opblock[id$='-{operation}']")
-        assert _try(browser, block) in ("200", "201", "202"), f"{operation}: {block.text}"
+        assert _try(browser, block, file if operation == "upload_recordings" else None) in ("200", "201", "202"), f"{operation}: {block.text}"
     browser.save_screenshot(tmp_path / "docs.png")
     hosts = {urlsplit(url).netloc for url in requested()}
     assert hosts == {urlsplit(address).netloc}
     assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
 
 
-def _try(browser: webdriver.Chrome, block: WebElement) -> str:
-    """Execute an operation with "Try it out", and return the status that the page displays."""
+def _try(browser: webdriver.Chrome, block: WebElement, file: Path | None) -> str:
+    """Execute an operation with "Try it out", with this `file`, and return the status that the page displays."""
     wait = WebDriverWait(block, 20)
     block.find_element(By.CSS_SELECTOR, ".opblock-summary-control").click()
     for button in (".try-out__btn", ".execute"):
+        if button == ".execute" and file is not None:
+            wait.until(lambda block: block.find_element(By.CSS_SELECTOR, "input[type=file]")).send_keys(str(file))
         element = wait.until(lambda block, button=button: block.find_element(By.CSS_SELECTOR, button))
         browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", element)
         element.click()

@@ -31,7 +31,7 @@ async function propose() {
 
 // Put the channels and the guesses of a proposal into the rows.
 function fill({ channels, guesses, mapping: proposed, open_keys: open }) {
-  const reasons = Object.fromEntries(guesses.map(({ name, reason, sure }) => [name, sure ? reason : `${reason}. Please check`]));
+  const reasons = Object.fromEntries(guesses.map(({ name, channel, reason, sure }) => [name, sure || !channel ? reason : `${reason}. Please check`]));
   for (const row of mapping.querySelectorAll("[data-key]")) {
     const [section, name = section] = row.dataset.key.split(".");
     const value = name === section ? proposed[section] : proposed[section]?.[name];
@@ -42,8 +42,13 @@ function fill({ channels, guesses, mapping: proposed, open_keys: open }) {
     select.value = value?.channel ?? "";
     const unit = row.querySelector(".unit");
     if (unit) {
+      const stated = () => channels.find(channel => channel.name === select.value)?.unit;
+      const show = () => {
+        unit.placeholder = stated() || row.dataset.needs;
+      };
       unit.value = value?.unit ?? "";
-      unit.dataset.open = value?.channel && open.includes(`unit of ${name}`) ? "true" : "";
+      select.onchange = show;
+      show();
     }
     const sign = row.querySelector(".sign input");
     if (sign) {
@@ -84,8 +89,8 @@ function write() {
         lines.push(`above = ${mapping.elements["shift_command.above"].value.trim().replace(",", ".") || 0.5}`);
       }
       lines.push("");
-    } else if (key === "shift_command") {
-      lines.push("[shift_command]", 'time = "0 s"', "");
+    } else if (key === "shift_command" && mapping.elements["shift_command.time"].value.trim()) {
+      lines.push("[shift_command]", `time = ${quoted(mapping.elements["shift_command.time"].value.trim())}`, "");
     }
   }
   lines.push("[conditions]");
@@ -144,7 +149,7 @@ function markRow({ detail, remedy }) {
 function describe({ recordings, engagements, set_aside: aside, computed, remarks, doubts, open_questions: questions }) {
   const { signals, measured_time: times, conditions, condition_units: units } = recordings;
   const columns = Object.keys(units);
-  const head = ["engagement", "shifting time [s]", ...columns.map(name => `${name.replaceAll("_", " ")}${units[name] === "1" ? "" : ` [${units[name]}]`}`)];
+  const head = ["engagement", "shifting time [s]", ...columns.map(name => `${name.replaceAll("_", " ")}${units[name] === "1" ? "" : ` [${units[name].replace("^2", "²")}]`}`)];
   const rows = engagements.map((label, number) =>
     [label, times[number].toPrecision(4), ...columns.map(name => String(Number((conditions[number].values ?? conditions[number])[name].toPrecision(5))))]);
   const sentence = `${engagements.length} of ${engagements.length + aside.length} engagements, each cut from ${signals.start.toPrecision(3)} s ` +
