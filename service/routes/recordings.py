@@ -38,7 +38,7 @@ current_profile,motor_speed [rad/s],load_inertia [kg m^2],brake_torque [N m],shi
 0,104.7197551,6,50,0.95
 """
 _UPLOAD_BODY: dict[str, Any] = {"requestBody": {"required": True, "content": {
-    "text/csv": {"schema": {"type": "string", "format": "binary"}, "example": _CSV},
+    "text/csv": {"schema": {"type": "string"}, "example": _CSV},
     "application/x-hdf5": {"schema": {"type": "string", "format": "binary"}},
 }}}
 

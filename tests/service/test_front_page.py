@@ -138,7 +138,7 @@ def test_a_page_has_some_conditions_and_the_number_of_the_others(client: httpx.C
 
 def test_names_are_text_not_markup(client: httpx.Client, monkeypatch: pytest.MonkeyPatch) -> None:
     client.post("/v1/studies", json={}, headers={"Idempotency-Key": "one"})
-    monkeypatch.setattr("service.front.jobs._describe_subject", lambda job: "<script>alert(1)</script>")
+    monkeypatch.setattr("service.front.jobs.describe_subject", lambda job: "<script>alert(1)</script>")
     assert "&lt;script&gt;alert" in client.get("/").text
     assert "<script>alert" not in client.get("/").text
 
@@ -254,20 +254,20 @@ def test_a_running_study_states_its_step_its_share_and_what_it_tries(running: Ru
     found = running(asdict(reported[0])).json()
     assert found["progress"] == {"stage": "name", "step": 7, "steps": 12, "done": 0.5, "doing": reported[0].doing,
                                  "budget_left": None}
-    shown = jobs._describe_progress(StudyWithProgress(**found))
+    shown = jobs.describe_progress(StudyWithProgress(**found))
     assert '<progress value="0.500" aria-label="Steps of mine">50 %</progress>' in shown
     assert "Step 7 of 12. Block “pressure, slip → torque in full contact”: trying “friction" in shown
     assert "time budget" not in shown
     limited = running({**asdict(reported[0]), "budget_left": 300.0}).json()
     assert limited["progress"]["budget_left"] == 300
-    assert "5 min of the time budget left" in jobs._describe_progress(StudyWithProgress(**limited))
+    assert "5 min of the time budget left" in jobs.describe_progress(StudyWithProgress(**limited))
 
 
 def test_progress_of_an_earlier_version_is_left_out(running: Running) -> None:
     for reported in ({"stage": "name", "doing": "asking the blocks"}, None):
         answer = running(reported)
         assert (answer.status_code, answer.json()["progress"]) == (200, None)
-        assert "Starting" in jobs._describe_progress(StudyWithProgress(**answer.json()))
+        assert "Starting" in jobs.describe_progress(StudyWithProgress(**answer.json()))
 
 
 def test_a_study_that_is_done_has_done_all_of_its_steps(
@@ -299,7 +299,8 @@ def test_the_page_works_without_internet_access(browser: webdriver.Chrome, reque
     file.write_text(CSV)
     for operation in ("evaluate", "propagate", "likelihood", "upload_recordings", "submit_fit", "follow_fit"):
         block = browser.find_element(By.CSS_SELECTOR, f".opblock[id$='-{operation}']")
-        assert _try(browser, block, file if operation == "upload_recordings" else None) in ("200", "201", "202"), f"{operation}: {block.text}"
+        chosen = file if operation == "upload_recordings" else None
+        assert _try(browser, block, chosen) in ("200", "201", "202"), f"{operation}: {block.text}"
     browser.save_screenshot(tmp_path / "docs.png")
     hosts = {urlsplit(url).netloc for url in requested()}
     assert hosts == {urlsplit(address).netloc}
