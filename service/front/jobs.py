@@ -11,7 +11,8 @@ from slipstick.report.words import fitted, listed
 from slipstick.studies.progress import StudyProgress
 
 from ..fit_schemas import Fit, FitProgress, FitWithProgress
-from ..front.elements import Entry, Link, group, listings, moment, plural
+from ..front.elements import Entry, Link, group, job_name, listings, moment, plural
+from ..front.laws import drawable_law
 from ..heartbeats import Heartbeats
 from ..job_filter import ENDED, JobFilter
 from ..job_store import JobStore
@@ -81,7 +82,7 @@ def _describe_subject(job: Fit | Study) -> str:
 
 def _active_entry(job: Active) -> Entry:
     links = [Link("Status as JSON", job.links["self"])]
-    return Entry(job.id, job.links["self"], _describe_subject(job), job.status, _describe_progress(job), links)
+    return Entry(_name(job), job.links["self"], _describe_subject(job), job.status, _describe_progress(job), links)
 
 
 def _describe_progress(job: Active) -> str:
@@ -126,11 +127,28 @@ def _ended_entry(store: JobStore, job: Fit | Study) -> Entry:
     about = f"{_describe_subject(job)}, {moment(job.ended)}"
     if job.status != "done":
         cause = paragraph(str(store.find(job.id).error), "doing") if job.status == "failed" else ""
-        return Entry(job.id, address, about, job.status, cause, [Link("Status as JSON", address)])
-    answer = paragraph(_answer(store, job.id, str(job.ended)), "answer")
-    return Entry(job.id, job.links["report"], about, "", answer, [
+        return Entry(_name(job), address, about, job.status, cause, [Link("Status as JSON", address)])
+    answer = _thumbnail(store, job) + paragraph(_answer(store, job.id, str(job.ended)), "answer")
+    return Entry(_name(job), job.links["report"], about, "", answer, [
         Link("Report", job.links["report"]), Link("Result as JSON", job.links["result"]),
         *([Link("Residuals as CSV", f"{job.links['residuals']}?format=csv")] if "residuals" in job.links else [])])
+
+
+def _name(job: Fit | Study) -> str:
+    return job_name("study" if isinstance(job, Study) else "fit", job.recordings, job.id, job.submitted)
+
+
+def _thumbnail(store: JobStore, job: Fit | Study) -> str:
+    """A small picture of the law that a study measured; empty without one."""
+    title = _title_of_law(store, job.id, str(job.ended)) if isinstance(job, Study) else ""
+    return (f'<a class="law" href="{escape(job.links["report"])}"><img src="/studies/{escape(job.id)}/law.svg" width="154" '
+            f'height="80" loading="lazy" alt="{escape(title)}"></a>') if title else ""
+
+
+@lru_cache(maxsize=1000)
+def _title_of_law(store: JobStore, id: str, ended: str) -> str:
+    drawable = drawable_law(output_of(finished_job(store, id)))
+    return "" if drawable is None else drawable.title
 
 
 @lru_cache(maxsize=1000)

@@ -13,7 +13,7 @@ from typing import Any
 from slipstick.errors import UnknownName
 from slipstick.pictures import CAPTIONS, Spec, pictures, propagation, theme
 from slipstick.pictures.machine_study import CAPTIONS as MACHINE_CAPTIONS
-from slipstick.pictures.rendering import render
+from slipstick.pictures.rendering import inline, render
 from slipstick.pictures.study import CAPTIONS as STUDY_CAPTIONS
 from slipstick.report.machine_study import machine_study_page, machine_study_specs
 from slipstick.report.page import page as fit_page
@@ -63,6 +63,18 @@ def picture(request: bytes) -> bytes:
     captions = {"fit": CAPTIONS, "study": MACHINE_CAPTIONS if _is_of_machine(given) else STUDY_CAPTIONS}.get(
         given["kind"], {PROPAGATION: propagation.CAPTION})
     return render(specs[name], form, captions[name])
+
+
+def elements(request: bytes) -> bytes:
+    """A JSON object: the name of each of the `specs` and its SVG element, with its caption of `captions`."""
+    given = json.loads(request)
+    return json.dumps(inline(given["specs"], given["captions"])).encode()
+
+
+def svg(request: bytes) -> bytes:
+    """The picture `spec` as an SVG file, with its `caption`."""
+    given = json.loads(request)
+    return render(given["spec"], "svg", given["caption"])
 
 
 def _is_of_machine(given: Mapping[str, Any]) -> bool:
