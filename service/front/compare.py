@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
-from typing import Any
+from typing import Any, Literal
 
 from slipstick.pictures import units
 from slipstick.pictures.theme import in_words
@@ -17,6 +17,8 @@ from .job_page import comparison_form
 
 Row = tuple[str, str, str]
 """What is compared, and its value in both jobs."""
+Compared = Literal["study", "fit", "calibration"]
+"""The kinds of jobs that are compared."""
 _NOTHING = "–"
 
 
@@ -27,6 +29,7 @@ class Side:
     job: Listed
     answer: str
     result: Mapping[str, Any]
+    settings: Mapping[str, Any]
     physical: Sequence[Mapping[str, Any]] = ()
     """The fitted inputs in their units, of a fit."""
 
@@ -45,7 +48,7 @@ def comparison_page(kind: JobKind[Listed, Active], jobs: Sequence[Listed], sides
                     pairs: Iterable[Pair]) -> str:
     """Return the content of the page that compares two jobs; `jobs` are those to choose from."""
     rows = {"Overview": _overview(sides)}
-    rows |= _fit_rows(sides) if kind.name == "fit" else _study_rows(sides)
+    rows |= _ROWS[kind.name](sides)
     rows |= {"Settings that differ": _settings(sides)}
     heads = tuple(Link(side.job.id, page_of(side.job)).html() for side in sides)
     return "\n".join([
@@ -111,6 +114,14 @@ def _study_rows(sides: tuple[Side, Side]) -> dict[str, list[Row]]:
             "Parameters with the findings": _rows(parameters)}
 
 
+def _calibration_rows(sides: tuple[Side, Side]) -> dict[str, list[Row]]:
+    parameters = {name: [_parameters(side).get(name, _NOTHING) for side in sides]
+                  for side in sides for name in _parameters(side)}
+    remaining = [side.result.get("reduced_chi_square") or side.result["chi_square"] for side in sides]
+    misfits = {name: [_number(each.get(name)) for each in remaining] for each in remaining for name in each}
+    return {"Parameters": _rows(parameters), "Chi-square": _rows(misfits)}
+
+
 def _finding(side: Side, title: str) -> str:
     for finding in side.result["findings"]:
         if finding["title"] == title:
@@ -120,15 +131,24 @@ def _finding(side: Side, title: str) -> str:
 
 
 def _parameters(side: Side) -> dict[str, str]:
-    """Each parameter: in its unit of a machine, or relative to its nominal value on a bench."""
-    listed = side.result.get("parameters")
-    if listed is not None:
-        return {entry["name"]: units.with_unit(
-            f"{units.number(entry['value'])} ({units.number(entry['lower'])} to {units.number(entry['upper'])})",
-            units.raised(entry["unit"])) for entry in listed}
+    """Each parameter: in its unit with its interval, or of a study of a bench relative to its nominal value."""
+    given = side.result.get("parameters")
+    if isinstance(given, Mapping):
+        return {in_words(name): _estimate(entry["value"], entry["interval"][0], entry["interval"][1], entry["unit"])
+                for name, entry in given.items()}
+    if given is not None:
+        return {entry["name"]: _estimate(entry["value"], entry["lower"], entry["upper"], entry["unit"])
+                for entry in given}
     fit = side.result.get("after") or side.result.get("before")
     return {} if fit is None else {
         in_words(name): f"{units.signed(100 * value)} %" for name, value in fit["parameters"].items()}
+
+
+def _estimate(value: float, lower: float, upper: float, unit: str) -> str:
+    """A parameter with its interval, in the unit that suits its size."""
+    shown, factor = units.scale(unit, value)
+    low, middle, high = (units.number(factor * number) for number in (lower, value, upper))
+    return units.with_unit(f"{middle} ({low} to {high})", shown)
 
 
 def _blocks(side: Side) -> dict[str, str]:
@@ -151,7 +171,7 @@ def _closure(name: str, closure: Mapping[str, Any]) -> str:
 
 
 def _settings(sides: tuple[Side, Side]) -> list[Row]:
-    flat = [dict(_flatten(side.job.settings)) for side in sides]
+    flat = [dict(_flatten(side.settings)) for side in sides]
     budgets = [side.job.time_budget for side in sides]
     rows = [(in_words(name), *(_written(each.get(name)) for each in flat)) for name in {**flat[0], **flat[1]}
             if flat[0].get(name) != flat[1].get(name)]
@@ -198,3 +218,7 @@ def _pair(heads: Sequence[str], pair: Pair) -> str:
                      "</div></div>" for head, title, element in zip(heads, pair.titles, pair.elements, strict=True))
     return (f'<figure class="pair"><h3>{escape(in_words(pair.name).capitalize())}</h3><div class="panels">{panels}'
             f"</div><figcaption>{escape(pair.caption)}</figcaption></figure>")
+
+
+_ROWS: Mapping[str, Callable[[tuple[Side, Side]], dict[str, list[Row]]]] = {
+    "fit": _fit_rows, "study": _study_rows, "calibration": _calibration_rows}

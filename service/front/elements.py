@@ -1,11 +1,17 @@
 """HTML elements of the pages: groups of entries, each with a name, what it is, and links. All text is escaped."""
 
 import datetime
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
 from slipstick.report.markup import paragraph
+
+_MADE_UP = re.compile(r"[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}")
+"""The id of a job whose client did not choose it."""
+_UNFOLDED = 12
+"""Number of rows up to which a table is not folded."""
 
 
 @dataclass(frozen=True)
@@ -51,9 +57,24 @@ def group(title: str, entries: Sequence[Entry], empty: str, *links: Link) -> str
             f"{body}\n" + (f'<p class="links">{below}</p>\n' if below else "") + "</section>")
 
 
+def fold(content: str, count: int, noun: str) -> str:
+    """Return HTML with `count` rows that is folded where it is long, below a summary with their number."""
+    if count <= _UNFOLDED:
+        return content
+    return f"<details><summary>All {plural(count, escape(noun))} as a table</summary>\n{content}\n</details>"
+
+
 def listings(address: str) -> list[Link]:
     """Return links to the whole list at `address`, for programs."""
     return [Link("All as JSON", address), Link("All as CSV", f"{address}?format=csv")]
+
+
+def job_name(kind: str, subject: str, id: str, submitted: datetime.datetime | None) -> str:
+    """Return what people call a job: the id that a client chose, or else its kind, its subject and its day."""
+    if not _MADE_UP.fullmatch(id) or submitted is None:
+        return id
+    year = "" if submitted.year == datetime.datetime.now(datetime.UTC).year else f" {submitted.year}"
+    return f"{kind} of {subject}, {submitted.day} {submitted:%b}{year}"
 
 
 def moment(time: datetime.datetime | None) -> str:

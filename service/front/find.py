@@ -11,8 +11,9 @@ from slipstick.report.markup import paragraph
 from ..front.elements import Entry, Link, group, plural
 from ..job_filter import Status
 
-Wanted = Literal["all", "studies", "fits", "tables", "recordings", "benches"]
+Wanted = Literal["all", "studies", "fits", "calibrations", "tables", "recordings", "benches"]
 _STATUSES: tuple[str, ...] = get_args(Status)
+_JOBS = ("studies", "fits", "calibrations")
 PER_PAGE = 50
 
 
@@ -54,10 +55,10 @@ def find_page(search: Search, jobs: Sequence[Entry], total: int, files: Sequence
     steps = [Link(text, search.address(page)) for text, page, is_there in (
         ("Newer jobs", search.page - 1, search.page > 0), ("Older jobs", search.page + 1, last < total)) if is_there]
     parts = []
-    if search.among in ("all", "studies", "fits"):
+    if search.among in ("all", *_JOBS):
         count = plural(total, "job") + (f", {search.page * PER_PAGE + 1} to {last}" if total > PER_PAGE else "")
         parts += [paragraph(count, "note") if total else "", group("Jobs", jobs, "No job was found.", *steps)]
-    if search.among not in ("studies", "fits") and search.status is None:
+    if search.among not in _JOBS and search.status is None:
         parts.append(group("Files", files, "No file was found."))
     return "\n".join([f"<h1>Search</h1>\n{search_form(search)}", *parts])
 

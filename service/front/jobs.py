@@ -15,7 +15,8 @@ from slipstick.studies.progress import StudyProgress
 
 from ..calibration_schemas import Calibration, CalibrationWithProgress
 from ..fit_schemas import Fit, FitProgress, FitWithProgress
-from ..front.elements import Entry, Link, group, listings, moment, plural
+from ..front.elements import Entry, Link, group, job_name, listings, moment, plural
+from ..front.laws import drawable_law
 from ..heartbeats import Heartbeats
 from ..job_filter import ENDED, JobFilter
 from ..job_kind import JobKind
@@ -94,7 +95,7 @@ def describe_subject(job: Listed) -> str:
 def active_entry(job: Active) -> Entry:
     """Return a job that runs or waits as an entry of a list."""
     links = [Link("Status as JSON", job.links["self"])]
-    return Entry(job.id, page_of(job), describe_subject(job), job.status, describe_progress(job), links)
+    return Entry(_name(job), page_of(job), describe_subject(job), job.status, describe_progress(job), links)
 
 
 def page_of(job: Listed) -> str:
@@ -147,11 +148,28 @@ def ended_entry(store: JobStore, job: Listed) -> Entry:
     about = f"{describe_subject(job)}, {moment(job.ended)}"
     if job.status != "done":
         cause = paragraph(str(store.find(job.id).error), "doing") if job.status == "failed" else ""
-        return Entry(job.id, page_of(job), about, job.status, cause, [Link("Status as JSON", address)])
-    answer = paragraph(answer_of(store, job.id, str(job.ended)), "answer")
-    return Entry(job.id, page_of(job), about, "", answer, [
+        return Entry(_name(job), page_of(job), about, job.status, cause, [Link("Status as JSON", address)])
+    answer = _thumbnail(store, job) + paragraph(answer_of(store, job.id, str(job.ended)), "answer")
+    return Entry(_name(job), page_of(job), about, "", answer, [
         Link("Report", job.links["report"]), Link("Result as JSON", job.links["result"]),
         *([Link("Residuals as CSV", f"{job.links['residuals']}?format=csv")] if "residuals" in job.links else [])])
+
+
+def _name(job: Listed) -> str:
+    return job_name(type(job).__name__.removesuffix("WithProgress").lower(), job.recordings, job.id, job.submitted)
+
+
+def _thumbnail(store: JobStore, job: Listed) -> str:
+    """A small picture of the law that a study measured; empty without one."""
+    title = _title_of_law(store, job.id, str(job.ended)) if isinstance(job, Study) else ""
+    return (f'<a class="law" href="{escape(job.links["report"])}"><img src="/studies/{escape(job.id)}/law.svg" width="154" '
+            f'height="80" loading="lazy" alt="{escape(title)}"></a>') if title else ""
+
+
+@lru_cache(maxsize=1000)
+def _title_of_law(store: JobStore, id: str, ended: str) -> str:
+    drawable = drawable_law(output_of(finished_job(store, id)))
+    return "" if drawable is None else drawable.title
 
 
 @lru_cache(maxsize=1000)

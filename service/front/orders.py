@@ -26,9 +26,11 @@ _NAME = Field("Idempotency-Key", "Name", "becomes its id and part of its address
 def recordings_orders(library: Library, name: str, recordings: Recordings | Measurements | Runs) -> dict[str, Form]:
     """Return the jobs that recordings can be given to: what each does, and its form."""
     if isinstance(recordings, Runs):
-        return {"Study these runs": machine_study_form(name, recordings.machine)}
+        return {"Study these runs": machine_study_form(name, recordings.machine),
+                "Calibrate the machine to these runs": calibration_form(name, None)}
     tables = [(entry, table) for entry, table in _valid_tables(library) if _fits(table, recordings)]
-    orders = {"Study these recordings": study_form(name, library.benches())} \
+    orders = {"Study these recordings": study_form(name, library.benches()),
+              "Calibrate a bench to these recordings": calibration_form(name, library.benches())} \
         if isinstance(recordings, Recordings) else {}
     if tables:
         axes = dict.fromkeys(axis.name for _, table in tables for axis in table.axes)
@@ -49,13 +51,27 @@ def machine_tables(library: Library) -> list[str]:
     return [name for name, table in _valid_tables(library) if isinstance(table.model, BlackBoxDescription)]
 
 
+def calibration_form(recordings: str, benches: Sequence[str] | None) -> Form:
+    """The form of a calibration to recordings of a bench, or to runs of a declared machine (`benches` is None)."""
+    worker = "" if benches is not None else \
+        " It needs a worker with the file of the machine: slipstick work --machine FILE.py"
+    return Form("calibration", "/v1/calibrations", "Start the calibration", [
+        Field("recordings", "", kind="hidden", value=recordings),
+        *([] if benches is None else [_bench_field(benches)]), _BUDGET, _NAME],
+        about="A calibration estimates the uncertain parameters and their scatter from run to run, with intervals. It "
+              f"assumes that the model lacks nothing.{worker}")
+
+
+def _bench_field(benches: Sequence[str]) -> Field:
+    choices = [("", "found by its current profiles"), *((bench, bench) for bench in benches)]
+    return Field("bench", "Bench", "whose parameters, sensors and profiles the model has", "choice", choices=choices)
+
+
 def study_form(recordings: str, benches: Sequence[str]) -> Form:
     """The form of a study of recordings of a bench."""
-    choices = [("", "found by its current profiles"), *((bench, bench) for bench in benches)]
     return Form("study", "/v1/studies", "Start the study", [
         Field("recordings", "", kind="hidden", value=recordings),
-        Field("bench", "Bench", "whose parameters, sensors and profiles the model has", "choice", choices=choices),
-        _BUDGET, _NAME], expert_fields(StudySettings, "settings"),
+        _bench_field(benches), _BUDGET, _NAME], expert_fields(StudySettings, "settings"),
         about="A study tests every quantity of the model for a dependence that the model lacks, names the best "
               "explanation, and says how sure it is. It takes seconds to minutes.")
 

@@ -11,7 +11,7 @@ from slipstick.report.markup import paragraph
 from ..front.elements import Link
 
 _STYLE = Path(__file__).with_name("front.css")
-_POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'self'; connect-src 'self'; img-src data:"
+_POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'self'; connect-src 'self'; img-src 'self' data:"
 _ICON = ("data:image/svg+xml,%3Csvg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'%3E%3Cpath d='M2 3h5v10H2z"
          "M9 3h5v10H9z' fill='%231f5fa8'/%3E%3Cpath d='M7.5 1v14' stroke='%23e0843a'/%3E%3C/svg%3E")
 _SECTIONS = ("Jobs", "Studies", "Fits", "Tables", "Recordings", "Benches")

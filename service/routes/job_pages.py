@@ -14,7 +14,7 @@ from ..bodies import JsonRoute
 from ..computations import computes
 from ..drawings import Drawings, DrawingsDependency
 from ..following import EventStream, FollowingDependency, LastEventId, State
-from ..front.compare import Pair, Side, choice_page, comparison_page
+from ..front.compare import Compared, Pair, Side, choice_page, comparison_page
 from ..front.elements import Entry
 from ..front.file_actions import FOLDERS
 from ..front.find import PER_PAGE, Search, Wanted, find_page
@@ -26,6 +26,7 @@ from ..job_filter import ACTIVE, ENDED, JobFilter, Status
 from ..job_kind import JobKind
 from ..job_store import JobStore
 from ..jobs import JobStores, finished_job, job_id_path, output_of
+from ..routes.calibrations import drawn_calibration
 from ..routes.drawing_routes import Drawn
 from ..routes.reports import drawn_fit
 from ..routes.study_laws import study_laws
@@ -37,7 +38,7 @@ router = APIRouter(route_class=JsonRoute, include_in_schema=False)
 _MOST_CHOICES = 100
 """Number of jobs, the newest, to choose from for a comparison."""
 _DRAWN: Mapping[str, Callable[[str, JobStore], Drawn]] = {
-    "fit": drawn_fit, "study": lambda id, store: drawn_study(id, store, None)}
+    "fit": drawn_fit, "study": lambda id, store: drawn_study(id, store, None), "calibration": drawn_calibration}
 _FRESH = {"Cache-Control": "no-store"}
 
 
@@ -83,8 +84,8 @@ for _kind in JOB_KINDS:
 
 @router.get("/compare", response_class=HTMLResponse)
 @computes
-def compare_page(stores: JobStores, drawings: DrawingsDependency, kind: Literal["study", "fit"] = "study",
-                 first: str = "", second: str = "") -> HTMLResponse:
+def compare_page(stores: JobStores, drawings: DrawingsDependency, kind: Compared = "study", first: str = "",
+                 second: str = "") -> HTMLResponse:
     """Two finished jobs of a kind side by side, or a form to choose them."""
     jobs_kind, store = next(each for each in JOB_KINDS if each.name == kind), stores[kind]
     jobs = _finished(jobs_kind, store)
@@ -116,7 +117,8 @@ def _finished(kind: JobKind[Listed, Active], store: JobStore) -> list[Listed]:
 def _side(kind: JobKind[Listed, Active], store: JobStore, id: str) -> Side:
     job = finished_job(store, id)
     shown, output = kind.without_progress(store, job), output_of(job)
-    return Side(shown, answer_of(store, id, str(shown.ended)), output["result"], output.get("physical", ()))
+    return Side(shown, answer_of(store, id, str(shown.ended)), output["result"], getattr(shown, "settings", {}),
+                output.get("physical", ()))
 
 
 def _pairs(drawings: Drawings, kind: JobKind[Listed, Active], store: JobStore, ids: tuple[str, str]) -> Sequence[Pair]:

@@ -84,6 +84,18 @@ def _drawn(given: Mapping[str, Any]) -> tuple[Spec, str]:
     return specs[name], captions[name]
 
 
+def elements(request: bytes) -> bytes:
+    """A JSON object: the name of each of the `specs` and its SVG element, with its caption of `captions`."""
+    given = json.loads(request)
+    return json.dumps(inline(given["specs"], given["captions"])).encode()
+
+
+def svg(request: bytes) -> bytes:
+    """The picture `spec` as an SVG file, with its `caption`."""
+    given = json.loads(request)
+    return render(given["spec"], "svg", given["caption"])
+
+
 def _is_of_machine(given: Mapping[str, Any]) -> bool:
     return bool(given.get("job", {}).get("machine"))
 
