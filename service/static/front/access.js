@@ -5,7 +5,8 @@ const KEY = "slipstick-token";
 export async function send(method, address, body, headers = {}) {
   for (;;) {
     const token = sessionStorage.getItem(KEY);
-    const response = await fetch(address, {
+    // Not relative to the address of the page, which may have been opened with a user and a password in it.
+    const response = await fetch(new URL(address, location.origin), {
       method, body, redirect: "error",
       // Without a token of this tab, the browser adds the one that it was given to open the page.
       credentials: token ? "omit" : "same-origin",

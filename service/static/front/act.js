@@ -40,9 +40,13 @@ export async function ask(method, address, body, headers) {
   return response;
 }
 
-// The address of the page of what an operation has made.
-export function pageOf(response, otherwise = "/") {
-  return (response.headers.get("Location") ?? otherwise).replace(/^\/v1/, "");
+// Open the page of what an operation has made.
+export function openMade(response) {
+  open((response.headers.get("Location") ?? "/").replace(/^\/v1/, ""));
+}
+
+function open(path) {
+  location.assign(new URL(path, location.origin));
 }
 
 async function submit(form) {
@@ -53,8 +57,10 @@ async function submit(form) {
   const content = kind === "json" ? JSON.stringify(body) : kind === "file" ? file : undefined;
   const address = form.getAttribute("action") + (query.size ? `?${query}` : "");
   const response = await ask(method, address, content, headers);
-  if (then) {
-    location.assign(then === "made" ? pageOf(response) : then);
+  if (then === "made") {
+    openMade(response);
+  } else if (then) {
+    open(then);
   } else {
     location.reload();
   }
@@ -70,8 +76,8 @@ function read(form) {
   const body = {}, query = new URLSearchParams(), header = {};
   for (const field of form.elements) {
     const { sends, place } = field.dataset;
-    const value = field.value.trim();
-    if (!sends || sends === "file" || value === "" || (field.type === "checkbox" && !field.checked)) {
+    const value = sends ? field.value.trim() : "";
+    if (sends === "file" || value === "" || (field.type === "checkbox" && !field.checked)) {
       continue;
     }
     if (place === "query") {

@@ -1,5 +1,5 @@
 // Files of a logger: their channels are proposed, mapped by hand, previewed, and imported.
-import { ask, connect, mark, pageOf } from "./act.js";
+import { ask, connect, mark, openMade } from "./act.js";
 import { archive } from "./zip.js";
 
 const choose = document.getElementById("read-files");
@@ -134,7 +134,7 @@ async function show() {
 }
 
 async function store() {
-  location.assign(pageOf(await send(false)));
+  openMade(await send(false));
 }
 
 // Say a problem beside the row whose key it names; false if it names none.
