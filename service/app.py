@@ -31,6 +31,7 @@ from .retention import remove_for_ever
 from .revalidation import NotModified, not_modified
 from .routes import (
     benches,
+    builds,
     calibrations,
     downloads,
     evaluate,
@@ -69,7 +70,7 @@ _READING = 3
 _DESCRIPTION = """
 Slipstick compares a simulation model of a wet friction clutch with test-bench recordings. The service
 
-* evaluates shifting times from lookup tables,
+* builds lookup tables of shifting times, and evaluates them,
 * propagates uncertain inputs by polynomial chaos expansion,
 * computes the likelihood of recordings,
 * fits the distributions of the inputs to recordings,
@@ -142,7 +143,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
     for module in (index, benches, tables, table_upload, recordings, imports, proposals, files, downloads, evaluate,
                    propagate, likelihood, fits, reports, residuals, studies, study_laws, study_reports, calibrations,
-                   umbridge, front, job_pages, operation):
+                   builds, umbridge, front, job_pages, operation):
         # Not `include_router`, which builds each route again and looks for it through every router, twice.
         app.router.routes.extend(module.router.routes)
     documented = app.router.routes.copy()

@@ -26,6 +26,8 @@ class JobFilter:
     recordings: str | None = None
     table: str | None = None
     bench: str | None = None
+    name: str | None = None
+    """That of the table that a job builds."""
     text: str | None = None
 
     @property
@@ -36,5 +38,5 @@ class JobFilter:
     @property
     def inputs(self) -> dict[str, str]:
         """What the inputs of jobs have to contain, by name."""
-        given = {"recordings": self.recordings, "table": self.table, "bench": self.bench}
+        given = {"recordings": self.recordings, "table": self.table, "bench": self.bench, "name": self.name}
         return {name: value for name, value in given.items() if value is not None}

@@ -1,12 +1,15 @@
 """A kind of jobs, as the service describes it: its words, its response bodies, and how they are made of a job."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from dbos import WorkflowStatus
 from pydantic import BaseModel
 
-from .job_store import KINDS, JobStore
+from slipstick.storage.library import Library
+
+from .job_store import KINDS, JobInput, JobStore
 from .jobs import Job, input_of, job_fields, job_id_path, output_of, store_of
 from .paging import Page
 
@@ -31,6 +34,8 @@ class JobKind(Generic[Entry, State]):
     links: tuple[str, ...]
     about_state: str
     about_result: str
+    forget: Callable[[Library, JobStore, JobInput], None] = lambda *_: None
+    """Removes what a deleted job leaves in the library."""
     ends_complete: bool = True
     """Whether the share of the progress is 1 once a job is done: that of a search which may end early is not."""
 

@@ -23,7 +23,8 @@ PROGRESS = "progress"
 Queue = Literal["short", "long"]
 """A worker runs one job of each queue at a time, so that a short job does not wait for a long one."""
 APPLICATION = "slipstick"
-KINDS = {"fit": "/v1/fits", "study": "/v1/studies", "calibration": "/v1/calibrations"}
+KINDS = {"fit": "/v1/fits", "study": "/v1/studies", "calibration": "/v1/calibrations",
+         "build": "/v1/builds"}
 """Workflow name of each kind of jobs -> the path of their list."""
 
 JobInput = dict[str, Any]
@@ -68,6 +69,10 @@ class JobStore:
         if not jobs:
             raise UnknownName(f"There is no {self.workflow} '{id}'", f"GET {self.address} returns the existing ids")
         return jobs[0]
+
+    def has(self, id: str) -> bool:
+        """Whether there is a job with the id `id`."""
+        return bool(self.client.list_workflows(workflow_ids=[id], name=self.workflow, load_output=False))
 
     def newest(self, limit: int, offset: int, wanted: JobFilter = _ALL) -> list[WorkflowStatus]:
         """Return the wanted jobs, newest first, without their outputs; those that failed with the cause."""

@@ -16,7 +16,7 @@ _TABLES = sa.MetaData(schema=_SCHEMA)
 _JOB = sa.Table("workflow_status", _TABLES, *(sa.Column(name, sa.Text) for name in (
     "workflow_uuid", "name", "status", "queue_name", "application_name")), sa.Column("created_at", sa.BigInteger)).c
 _INPUT = sa.Table("workflow_input", _TABLES, sa.Column("workflow_uuid", sa.Text), sa.Column("inputs", sa.Text)).c
-_FILES = ("recordings", "table", "bench", "machine")
+_FILES = ("recordings", "table", "bench", "machine", "name")
 """Entries of the input of a job that name what it is of."""
 _Columns = TypeVarTuple("_Columns")
 

@@ -132,16 +132,21 @@ def _example(kind: str) -> Any:
     return {f"first-{kind}": {"summary": f"The {kind} submitted by the example request", "value": f"first-{kind}"}}
 
 
-def submit(store: JobStore, key: str | None, job_input: JobInput, queue: Queue) -> WorkflowStatus:
+def submit(store: JobStore, key: str | None, job_input: JobInput, queue: Queue,
+           check: Callable[[], None] = lambda: None) -> WorkflowStatus:
     """Enqueue a job, or return the existing job with this key and this input; raises `Conflict`.
 
-    The time budget does not count, because complete results do not depend on it. A job that it has ended is replaced:
+    `check` is called before a new job, and may raise.
+
+    Limits do not count, as complete results do not depend on them. A job that it has ended is replaced:
     its result depends on the clock, and is not used again.
     """
     id = key or str(uuid.uuid4())
     with _SUBMITTING:
+        if not store.has(id):
+            check()
         job = store.submit(id, job_input, queue)
-        is_same = _without_budget(input_of(job)) == _without_budget(job_input)
+        is_same = _without_limits(input_of(job)) == _without_limits(job_input)
         if is_same and _has_run_out_of_time(job):
             store.delete(id)
             job = store.submit(id, job_input, queue)
@@ -155,8 +160,8 @@ def _has_run_out_of_time(job: WorkflowStatus) -> bool:
     return is_partial(job) or getattr(job.error, "name", None) == TimeBudgetEnded.__name__
 
 
-def _without_budget(job_input: JobInput) -> JobInput:
-    return {name: value for name, value in job_input.items() if name != "time_budget"}
+def _without_limits(job_input: JobInput) -> JobInput:
+    return {name: value for name, value in job_input.items() if name not in ("time_budget", "most_runs")}
 
 
 _J = TypeVar("_J", bound=Job)
@@ -173,12 +178,14 @@ async def wait_for_end(following: Following, request: Request, key: str, read: C
     return job
 
 
-def delete(store: JobStore, id: str) -> None:
-    """Delete a job that has ended; raises `UnknownName`, and `Conflict` if it is queued or running."""
-    status = STATUS[store.find(id).status]
+def delete(store: JobStore, id: str) -> JobInput:
+    """Delete a job that has ended, and return its input; raises `UnknownName`, and `Conflict` if it has not ended."""
+    job = store.find(id)
+    status = STATUS[job.status]
     if status in ("queued", "running"):
         raise Conflict(f"The {store.workflow} '{id}' is {status}", f"POST {store.address}/{id}/cancel first")
     store.delete(id)
+    return input_of(job)
 
 
 def input_of(job: WorkflowStatus) -> JobInput:

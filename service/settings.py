@@ -50,6 +50,8 @@ class Settings(BaseSettings):
                                                                    "each takes 8 bytes.")
     fit_values: int = Field(default=4_000_000_000_000, gt=0, description="Maximum cost of a fit in interpolations of "
                                                                          "shifting times; about 6 hours on one core.")
+    build_runs: int = Field(default=100_000_000, gt=0, description="Maximum number of runs of a table that a job "
+                                                                   "builds; about 3 minutes on one core for a clutch.")
     kept_days: float = Field(default=365.0, gt=0, description="Time in days for which jobs that have ended are kept.")
     kept_jobs: int = Field(default=10_000, ge=0, description="Maximum number of ended jobs that are kept, the newest.")
     work_values: int = Field(

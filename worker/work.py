@@ -35,7 +35,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="URL of the job database, the same as for the service (default: environment variable "
                              "SLIPSTICK_JOBS, or sqlite:///var/jobs.sqlite)")
     parser.add_argument("--machine", type=Path, action="append", default=[], metavar="FILE",
-                        help="a machine whose simulator fits with `simulate` may run; repeat the option for each")
+                        help="a machine that jobs may simulate: fits with `simulate`, builds of tables, and studies "
+                             "and calibrations of its runs; repeat the option for each")
     add_dask_argument(parser)
     parser.add_argument("--no-compile", action="store_true",
                         help="do not compile what jobs run in the background at the start, about half a minute of one "
@@ -56,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     from slipstick.storage.database import file_of, is_server, open_database, shown
 
-    from . import calibration_job, fit_job, heartbeat, jobs, study_job
+    from . import build_job, calibration_job, fit_job, heartbeat, jobs, study_job
     from .worker_name import locked_name
 
     if not Path(arguments.tables).is_dir():
@@ -78,11 +79,12 @@ def run(arguments: argparse.Namespace) -> int:
         logging.getLogger("dbos").addFilter(_is_not_cancellation)
         rehearse = [sys.executable, "-m", f"{__package__}.rehearsal"]
         rehearsal = None if arguments.no_compile else subprocess.Popen(rehearse)
-        modules = tuple(f"{__package__}.{kind}_steps" for kind in ("fit", "study", "calibration"))
+        modules = tuple(f"{__package__}.{kind}_steps" for kind in ("fit", "study", "calibration", "build"))
         computers = {queue: Computer(arguments.tables, modules) for queue in jobs.QUEUES}
         fit_job.register(computers, simulators)
         study_job.register(computers, declared)
         calibration_job.register(computers, declared)
+        build_job.register(computers, simulators)
         DBOS.launch()
         for queue in jobs.QUEUES:
             DBOS.register_queue(queue, worker_concurrency=1, polling_interval_sec=0.2)

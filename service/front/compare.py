@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
-from typing import Any, Literal
+from typing import Any
 
 from slipstick.pictures import units
 from slipstick.pictures.theme import in_words
@@ -17,8 +17,6 @@ from .job_page import comparison_form
 
 Row = tuple[str, str, str]
 """What is compared, and its value in both jobs."""
-Compared = Literal["study", "fit", "calibration"]
-"""The kinds of jobs that are compared."""
 _NOTHING = "–"
 
 
@@ -68,7 +66,7 @@ def choice_page(kind: JobKind[Listed, Active], jobs: Sequence[Listed]) -> str:
 
 def _overview(sides: tuple[Side, Side]) -> list[Row]:
     def same_data(side: Side) -> str:
-        return f"{side.job.recordings} ({side.job.recordings_digest[:8]})"
+        return f"{side.job.recordings} ({str(side.job.recordings_digest)[:8]})"
 
     rows = [_row("answer", sides, lambda side: side.answer),
             _row("subject", sides, lambda side: describe_subject(side.job)), _row("recordings", sides, same_data),

@@ -11,9 +11,9 @@ from slipstick.report.markup import paragraph
 from ..front.elements import Entry, Link, group, plural
 from ..job_filter import Status
 
-Wanted = Literal["all", "studies", "fits", "calibrations", "tables", "recordings", "benches"]
+Wanted = Literal["all", "studies", "fits", "calibrations", "builds", "tables", "recordings", "benches"]
 _STATUSES: tuple[str, ...] = get_args(Status)
-_JOBS = ("studies", "fits", "calibrations")
+_JOBS = ("studies", "fits", "calibrations", "builds")
 PER_PAGE = 50
 
 

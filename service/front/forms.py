@@ -14,7 +14,7 @@ from pydantic import TypeAdapter
 from slipstick.pictures.theme import in_words
 from slipstick.report.markup import paragraph
 
-Kind = Literal["text", "number", "integer", "choice", "choices", "flag", "file", "hidden"]
+Kind = Literal["text", "number", "integer", "numbers", "choice", "choices", "flag", "file", "hidden"]
 Place = Literal["body", "query", "header"]
 NAME_PATTERN = "[A-Za-z0-9][A-Za-z0-9_\\-]{0,63}"
 NAME_RULE = "Up to 64 letters, digits, - and _, starting with a letter or digit"
@@ -50,7 +50,8 @@ class Field:
     @property
     def _sends(self) -> str:
         """What the script makes of the value."""
-        return {"number": "number", "integer": "number", "choices": "list", "flag": "json", "file": "file"}.get(
+        return {"number": "number", "integer": "number", "choices": "list", "flag": "json", "file": "file",
+                "numbers": "numbers"}.get(
             self.kind, "json" if self.is_json else "text")
 
     def html(self, form: str) -> str:

@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from html import escape
+from typing import Literal, get_args
 
 from slipstick.report.markup import definitions, paragraph, section
 from slipstick.report.words import duration
 
+from ..build_schemas import Build
 from ..front.elements import Link, moment
 from ..front.jobs import Active, Listed, answer_of, describe_progress, describe_subject, page_of
 from ..job_kind import JobKind
@@ -17,15 +19,17 @@ _NO_WORKER = paragraph("No worker is alive. The job waits until one is started: 
 _TEXTS = {"report": "Report", "result": "Result as JSON", "residuals": "Residuals as CSV",
           "model": "Extended model as JSON", "pictures": "Pictures"}
 _FORMATS = {"json": "JSON", "csv": "CSV", "mat": "MATLAB", "mo": "Modelica", "h": "C"}
+Compared = Literal["study", "fit", "calibration"]
+"""The kinds of jobs that are compared."""
 SCRIPTS = ('<script src="/static/front/act.js" type="module"></script>'
             '<script src="/static/front/live.js" type="module"></script>')
 
 
 def job_page(kind: JobKind[Listed, Active], store: JobStore, job: Active, workers: int,
-             others: Sequence[Listed], laws: Sequence[FindingLaw]) -> str:
+             others: Sequence[Listed], laws: Sequence[FindingLaw], orders: Mapping[str, Form]) -> str:
     """Return the content of the page of a job, which can be compared with `others` of its kind.
 
-    `laws` are those that a study has measured.
+    `laws` are those that a study has measured, and `orders` the jobs that its result can be given to.
     """
     ended = job.status in ("done", "failed", "cancelled")
     state = f'<div id="state">{job_state(store, job, workers)}</div>' if ended else \
@@ -42,7 +46,8 @@ def job_page(kind: JobKind[Listed, Active], store: JobStore, job: Active, worker
     return "\n".join([
         paragraph(kind.name.capitalize(), "over"), f"<h1>{escape(describe_subject(job))}</h1>", state,
         section("Results", _downloads(kind, job, laws)) if job.status == "done" else "",
-        section("What to do", WITHOUT_SCRIPT, _comparison(kind, job, others), cancel, delete),
+        section("What to do", WITHOUT_SCRIPT, *(folded(title, form.html()) for title, form in orders.items()),
+                _comparison(kind, job, others), cancel, delete),
         section("Origin", _origin(job))])
 
 
@@ -60,7 +65,8 @@ def _downloads(kind: JobKind[Listed, Active], job: Active, laws: Sequence[Findin
     addresses = {**job.links, "pictures": f"/{kind.plural}/{job.id}/pictures"}
     if "residuals" in addresses:
         addresses["residuals"] += "?format=csv"
-    links = [Link(text, addresses[name]) for name, text in _TEXTS.items() if name in job.links]
+    links = [Link("Table", f"/tables/{job.name}")] if isinstance(job, Build) else []
+    links += [Link(text, addresses[name]) for name, text in _TEXTS.items() if name in job.links]
     items = [link.html() for link in links]
     items += [f"Law of “{escape(law.title)}” as " + " · ".join(
         Link(_FORMATS.get(form, form), address).html() for form, address in law.links.items()) for law in laws]
@@ -68,7 +74,7 @@ def _downloads(kind: JobKind[Listed, Active], job: Active, laws: Sequence[Findin
 
 
 def _comparison(kind: JobKind[Listed, Active], job: Active, others: Sequence[Listed]) -> str:
-    if job.status != "done" or not others:
+    if job.status != "done" or not others or kind.name not in get_args(Compared):
         return ""
     return folded(f"Compare it with another {kind.name}", comparison_form(kind, others, job.id))
 
@@ -94,8 +100,8 @@ def _label(job: Listed) -> str:
 
 
 def _origin(job: Active) -> str:
-    links = [("recordings", f"/recordings/{job.recordings}", job.recordings)]
-    for name, folder in (("table", "tables"), ("bench", "benches")):
+    links = []
+    for name, folder in (("recordings", "recordings"), ("table", "tables"), ("bench", "benches")):
         if value := getattr(job, name, None):
             links.append((name, f"/{folder}/{value}", value))
     files = '<p class="links">' + " · ".join(f"{kind} {Link(text, href).html()}" for kind, href, text in links) + "</p>"

@@ -13,6 +13,7 @@ from slipstick.report.markup import paragraph
 from slipstick.report.words import fitted, listed
 from slipstick.studies.progress import StudyProgress
 
+from ..build_schemas import Build, BuildWithProgress
 from ..calibration_schemas import Calibration, CalibrationWithProgress
 from ..fit_schemas import Fit, FitProgress, FitWithProgress
 from ..front.elements import Entry, Link, group, job_name, listings, moment, plural
@@ -22,6 +23,7 @@ from ..job_filter import ENDED, JobFilter
 from ..job_kind import JobKind
 from ..job_store import JobStore
 from ..jobs import Progress, finished_job, is_of_machine, is_partial, output_of
+from ..routes.builds import BUILDS
 from ..routes.calibrations import CALIBRATIONS
 from ..routes.fits import FITS
 from ..routes.studies import STUDIES
@@ -32,9 +34,9 @@ _STAGES = {"start": "starting the simulator, which is compiled at its first use"
            "conclude": "assembling the result"}
 _NO_WORKER = ('<aside class="warnings"><p><strong>No worker is alive.</strong> Jobs wait until one is started: '
               "<code>slipstick work</code></p></aside>")
-Active = FitWithProgress | StudyWithProgress | CalibrationWithProgress
-Listed = Fit | Study | Calibration
-JOB_KINDS: tuple[JobKind[Listed, Active], ...] = (STUDIES, FITS, CALIBRATIONS)
+Active = FitWithProgress | StudyWithProgress | CalibrationWithProgress | BuildWithProgress
+Listed = Fit | Study | Calibration | Build
+JOB_KINDS: tuple[JobKind[Listed, Active], ...] = (STUDIES, FITS, CALIBRATIONS, BUILDS)
 
 
 @dataclass(frozen=True)
@@ -85,6 +87,9 @@ def _links_to_hidden(count: int) -> list[Link]:
 
 def describe_subject(job: Listed) -> str:
     """Return what a job is of, in words."""
+    if isinstance(job, Build):
+        subject = f"the machine “{job.machine}”" if job.machine else f"the bench {job.bench}"
+        return f"Build of the table {job.name} of {subject}"
     if not isinstance(job, Fit):
         subject = f"of the machine “{job.machine}”" if job.machine else f"on the bench {job.bench}"
         return f"{'Study of' if isinstance(job, Study) else 'Calibration to'} “{job.recordings}” {subject}"
@@ -117,8 +122,9 @@ def _describe_stage(job: Active) -> str:
     match job.progress:
         case StudyProgress(step=step, steps=steps, done=done, doing=doing):
             return _bar(f"Steps of {job.id}", done) + paragraph(f"Step {step} of {steps}. {doing}", "doing")
-        case Progress(doing=doing):
-            return paragraph(doing, "doing")
+        case Progress(doing=doing, done=done):
+            bar = "" if done is None else _bar(f"Runs of {job.id}", done)
+            return bar + paragraph(doing[0].upper() + doing[1:], "doing")
         case FitProgress(stage="search", done=done, seconds_left=left):
             rest = "" if left is None else f", at most {_round_seconds(left)} left"
             return _bar(f"Search of {job.id}", done) + paragraph(f"Searching: {_percent(done)}{rest}", "doing")
@@ -150,13 +156,15 @@ def ended_entry(store: JobStore, job: Listed) -> Entry:
         cause = paragraph(str(store.find(job.id).error), "doing") if job.status == "failed" else ""
         return Entry(_name(job), page_of(job), about, job.status, cause, [Link("Status as JSON", address)])
     answer = _thumbnail(store, job) + paragraph(answer_of(store, job.id, str(job.ended)), "answer")
+    made = Link("Table", f"/tables/{job.name}") if isinstance(job, Build) else Link("Report", job.links["report"])
     return Entry(_name(job), page_of(job), about, "", answer, [
-        Link("Report", job.links["report"]), Link("Result as JSON", job.links["result"]),
+        made, Link("Result as JSON", job.links["result"]),
         *([Link("Residuals as CSV", f"{job.links['residuals']}?format=csv")] if "residuals" in job.links else [])])
 
 
 def _name(job: Listed) -> str:
-    return job_name(type(job).__name__.removesuffix("WithProgress").lower(), job.recordings, job.id, job.submitted)
+    subject = job.name if isinstance(job, Build) else job.recordings
+    return job_name(type(job).__name__.removesuffix("WithProgress").lower(), subject, job.id, job.submitted)
 
 
 def _thumbnail(store: JobStore, job: Listed) -> str:
@@ -179,6 +187,10 @@ def answer_of(store: JobStore, id: str, ended: str) -> str:
     output = output_of(job)
     if store.workflow == "study":
         return str(output["result"]["sentence"])
+    if store.workflow == "build":
+        shape = " × ".join(map(str, output["result"]["shape"]))
+        without = sum(number for name, number in output["result"]["statuses"].items() if name != "locked")
+        return f"{shape} runs, {without:,} of them without an output"
     if store.workflow == "calibration":
         result = MachineCalibration if is_of_machine(job) else CalibrationResult
         return result.from_dict(output["result"]).summary()[0]

@@ -2,9 +2,11 @@
 
 from collections.abc import Sequence
 
+from slipstick.bench import parameters
 from slipstick.black_box import BlackBoxDescription, Measurements
 from slipstick.engine.settings import EngineSettings
 from slipstick.errors import SlipstickError
+from slipstick.interface.build import PAPER_AXES
 from slipstick.machine import Runs
 from slipstick.pictures.theme import in_words
 from slipstick.recordings import Recordings
@@ -13,7 +15,7 @@ from slipstick.studies import StudySettings
 from slipstick.table import Table
 
 from ..fit_schemas import FitSettingsBody
-from .forms import KEY_PATTERN, Field, Form, expert_fields
+from .forms import KEY_PATTERN, NAME_PATTERN, NAME_RULE, Field, Form, expert_fields
 
 _BUDGETS = [("", "a day"), ("60", "1 minute"), ("600", "10 minutes"), ("3600", "1 hour"), ("14400", "4 hours")]
 _BUDGET = Field("time_budget", "Time limit", "when it ends, what there is by then becomes the result", "choice",
@@ -27,7 +29,8 @@ def recordings_orders(library: Library, name: str, recordings: Recordings | Meas
     """Return the jobs that recordings can be given to: what each does, and its form."""
     if isinstance(recordings, Runs):
         return {"Study these runs": machine_study_form(name, recordings.machine),
-                "Calibrate the machine to these runs": calibration_form(name, None)}
+                "Calibrate the machine to these runs": calibration_form(name, None),
+                "Build a table of the machine": build_form(machine=recordings.machine)}
     tables = [(entry, table) for entry, table in _valid_tables(library) if _fits(table, recordings)]
     orders = {"Study these recordings": study_form(name, library.benches()),
               "Calibrate a bench to these recordings": calibration_form(name, library.benches())} \
@@ -60,6 +63,41 @@ def calibration_form(recordings: str, benches: Sequence[str] | None) -> Form:
         *([] if benches is None else [_bench_field(benches)]), _BUDGET, _NAME],
         about="A calibration estimates the uncertain parameters and their scatter from run to run, with intervals. It "
               f"assumes that the model lacks nothing.{worker}")
+
+
+def bench_orders(library: Library, name: str) -> dict[str, Form]:
+    """Return the jobs that a bench can be given to: what each does, and its form."""
+    recordings = [entry for entry in library.recordings() if isinstance(_recorded(library, entry), Recordings)]
+    return {"Build a table of this bench": build_form(bench=name, recordings=recordings)}
+
+
+def build_form(bench: str = "", machine: str = "", model: str = "", recordings: Sequence[str] = ()) -> Form:
+    """The form of a build of a table of a bench, of a machine, or of a `model` as JSON.
+
+    `recordings` are those whose conditions can be simulated instead of those of the bench.
+    """
+    given = [Field(name, "", kind="hidden", value=value, is_json=name == "model") for name, value in (
+        ("bench", bench), ("machine", machine), ("model", model)) if value]
+    conditions = [Field("recordings", "Conditions", "under which engagements are simulated", "choice", choices=[
+        ("", "those of the bench"), *((name, f"those of {name}") for name in recordings)])] if recordings else []
+    axes = [] if machine else [_axis(name) for name in PAPER_AXES]
+    further = [] if machine else [_axis(name) for name in parameters.NAMES if name not in PAPER_AXES]
+    accuracy = [] if machine else [Field("accuracy", "Accuracy", "of the time integration", "choice", choices=[
+        ("", "within 0.1 ms"), ("tight", "tight, and slower")])]
+    worker = "" if not machine else \
+        f" It needs a worker with the file of the machine “{machine}”: slipstick work --machine FILE.py"
+    return Form("build", "/v1/builds", "Start the build", [
+        *given, Field("name", "Name of the table", "under which pages and programs find it", required=True,
+                      pattern=NAME_PATTERN, rule=NAME_RULE), *axes, *conditions, _BUDGET], [*accuracy, *further],
+        about=f"A table holds simulated times on a grid of parameters, which fits then interpolate.{worker}")
+
+
+def _axis(name: str) -> Field:
+    lower, upper, count = PAPER_AXES.get(name, (0.0, 0.0, 0))
+    return Field(f"axes.{name}", in_words(name).capitalize(),
+                 "lowest and highest multiple of its value in the model, and number of points" if count else
+                 "a further axis, such as 0.8 1.2 9", "numbers",
+                 value=f"{lower:g} {upper:g} {count:g}" if count else "")
 
 
 def _bench_field(benches: Sequence[str]) -> Field:

@@ -25,7 +25,7 @@ from ..front.holdings import about_bench, about_recordings, about_table, holding
 from ..front.jobs import Jobs
 from ..front.laws import thumbnail
 from ..front.mapped import table_page
-from ..front.orders import machine_tables, recordings_orders, table_orders
+from ..front.orders import bench_orders, machine_tables, recordings_orders, table_orders
 from ..front.page import document
 from ..front.recorded import recordings_page
 from ..front.upload import SCRIPTS as UPLOAD_SCRIPTS
@@ -116,7 +116,7 @@ def bench_details(name: BenchNamePath, library: LibraryDependency, stores: JobSt
     """The page of a bench."""
     def content() -> _Content:
         bench, about = library.bench(name), about_bench(library, name)
-        return _Content((bench.digest, bench.sensing_digest, bench.conditions.digest, bench.source, about), {},
+        return _Content((bench.digest, bench.sensing_digest, bench.conditions.digest, bench.source, about), bench_orders(library, name),
                         lambda: bench_page(name, bench, about, drawings))
 
     return _file_page("benches", name, content, stores, JobFilter(bench=name, status=["done"]), client)

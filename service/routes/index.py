@@ -46,6 +46,8 @@ class Health(BaseModel):
     studies_running: int = Field(description="Number of running studies.")
     calibrations_waiting: int = Field(description="Number of calibrations in the queue.")
     calibrations_running: int = Field(description="Number of running calibrations.")
+    builds_waiting: int = Field(description="Number of builds in the queue.")
+    builds_running: int = Field(description="Number of running builds.")
 
 
 @router.get("", summary="List the resources", responses=error_responses())

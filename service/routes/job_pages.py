@@ -1,6 +1,7 @@
 """The pages of jobs, their pictures, and two of them side by side."""
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import Annotated, Any, Literal
 
 import orjson
@@ -8,27 +9,31 @@ from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse
 from starlette.responses import Response
 
+from slipstick.errors import SlipstickError
 from slipstick.storage.library import Library
 
 from ..bodies import JsonRoute
 from ..computations import computes
 from ..drawings import Drawings, DrawingsDependency
 from ..following import EventStream, FollowingDependency, LastEventId, State
-from ..front.compare import Compared, Pair, Side, choice_page, comparison_page
+from ..front.compare import Pair, Side, choice_page, comparison_page
 from ..front.elements import Entry
 from ..front.file_actions import FOLDERS
+from ..front.forms import Form
 from ..front.find import PER_PAGE, Search, Wanted, find_page
 from ..front.holdings import file_entry
-from ..front.job_page import SCRIPTS, job_page, job_state, pictures_page
+from ..front.job_page import SCRIPTS, Compared, job_page, job_state, pictures_page
 from ..front.jobs import JOB_KINDS, Active, Listed, active_entry, answer_of, ended_entry
+from ..front.orders import build_form
 from ..front.page import document
 from ..job_filter import ACTIVE, ENDED, JobFilter, Status
 from ..job_kind import JobKind
 from ..job_store import JobStore
 from ..jobs import JobStores, finished_job, job_id_path, output_of
-from ..routes.calibrations import drawn_calibration
+from ..routes.calibrations import calibration_model, drawn_calibration
 from ..routes.drawing_routes import Drawn
 from ..routes.reports import drawn_fit
+from ..routes.studies import study_model
 from ..routes.study_laws import study_laws
 from ..routes.study_reports import drawn_study
 from ..schemas import LibraryDependency
@@ -52,7 +57,8 @@ def _add_pages(kind: JobKind[Listed, Active]) -> None:
         job = kind.with_progress(store, store.find(id))
         others = [other for other in _finished(kind, store) if other.id != id]
         laws = study_laws(id, store).laws if kind.name == "study" and job.status == "done" else ()
-        body = job_page(kind, store, job, request.app.state.heartbeats.alive(), others, laws)
+        body = job_page(kind, store, job, request.app.state.heartbeats.alive(), others, laws,
+                        _orders(kind, id, store) if job.status == "done" else {})
         refresh = '<noscript><meta http-equiv="refresh" content="10"></noscript>' if job.status in ACTIVE else ""
         return HTMLResponse(document(f"{kind.name.capitalize()} {id}", body, f"{SCRIPTS}{refresh}"), headers=_FRESH)
 
@@ -112,6 +118,15 @@ def find(stores: JobStores, library: LibraryDependency, text: Annotated[str, Que
 def _finished(kind: JobKind[Listed, Active], store: JobStore) -> list[Listed]:
     """The newest jobs of a kind that are done."""
     return [kind.without_progress(store, job) for job in store.newest(_MOST_CHOICES, 0, JobFilter(status=["done"]))]
+
+
+def _orders(kind: JobKind[Listed, Active], id: str, store: JobStore) -> dict[str, Form]:
+    """The jobs that the result of a job can be given to: a table of its model, where it has such a model."""
+    read = {"study": lambda: study_model(id, store), "calibration": lambda: calibration_model(id, store)}.get(kind.name)
+    with suppress(SlipstickError):  # the model of a declared machine, or of a partial result, is not a file
+        if read is not None:
+            return {"Build a table of its model": build_form(model=read().model_dump_json(exclude_unset=True))}
+    return {}
 
 
 def _side(kind: JobKind[Listed, Active], store: JobStore, id: str) -> Side:

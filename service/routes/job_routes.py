@@ -16,6 +16,7 @@ from ..job_store import JobStore
 from ..jobs import Job, delete, finished_job, job_filter, version_of, wait_for_end
 from ..paging import Limit, Offset, page_links
 from ..revalidation import NOT_MODIFIED, RevalidationDependency
+from ..schemas import LibraryDependency
 
 _EVENTS: dict[int | str, dict[str, Any]] = {
     200: {"description": "Events `state` and, last, `end`: their data is the JSON of the job",
@@ -88,5 +89,7 @@ def add_job_routes(router: APIRouter, kind: JobKind[Job, Job], wanted_jobs: Call
                    responses=error_responses(404, 409, 503),
                    description=f"Delete a {name} with its result; 409 while it is queued or running. Its id can then "
                                "be used again.")
-    def delete_job(id: Annotated[str, id_path], store: Annotated[JobStore, store_dependency]) -> None:
-        delete(store, id)
+    def delete_job(id: Annotated[str, id_path], store: Annotated[JobStore, store_dependency],
+                   library: LibraryDependency) -> None:
+        job_input = delete(store, id)
+        kind.forget(library, store, job_input)

@@ -65,5 +65,5 @@ def _require_model(study: WorkflowStatus, which: str, fit: WorkflowStatus, libra
                            "Submit the fit again")
     if table.model.spec() != output_of(study)["result"][which]["model"]:
         raise InvalidValue(f"The table '{fit_input['table']}' was not built from the study's model `{which}`",
-                           f"Build a table from /v1/studies/{study.workflow_id}/model?which={which} with `python -m "
-                           "slipstick build --model`, and submit the fit on that table")
+                           f"Build a table from /v1/studies/{study.workflow_id}/model?which={which} by POST "
+                           "/v1/builds, and submit the fit on that table")

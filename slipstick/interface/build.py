@@ -91,7 +91,7 @@ def build(machine: BenchLike | BlackBox, axes: Spans | None = None, *, model: Mo
     if isinstance(machine, BlackBox):
         runs, items = _black_box_runs(machine, axes, model, conditions), "runs"
     else:
-        runs, items = _clutch_runs(machine, axes, model, conditions, accuracy), "engagements"
+        runs, items = plan_of_bench(machine, axes, model, conditions, accuracy), "engagements"
         if executor is None:
             compile_simulator(runs.model, runs.conditions)
     total = runs.chunks[-1].stop * len(runs.conditions)
@@ -104,8 +104,9 @@ def build(machine: BenchLike | BlackBox, axes: Spans | None = None, *, model: Mo
     return table
 
 
-def _clutch_runs(bench: Bench, axes: Spans | None, given: ModelLike | None,
-                 conditions: Conditions | Recordings | None, accuracy: str) -> Plan:
+def plan_of_bench(bench: Bench, axes: Spans | None, given: ModelLike | None,
+                  conditions: Conditions | Recordings | None, accuracy: str) -> Plan:
+    """The runs of a table of a bench; raises what `build` raises for its arguments."""
     steps = accuracy_of(accuracy)
     model, simulated = runnable(model_of(bench, given), conditions_of(bench, conditions))
     chosen = axes_of(model, PAPER_AXES if axes is None else axes)

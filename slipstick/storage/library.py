@@ -4,6 +4,7 @@ import io
 import os
 import re
 import secrets
+import shutil
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -148,7 +149,7 @@ class Library:
 
         Raises `BadBench`, `LimitExceeded`, `InvalidValue` if the name is invalid, and `FileExistsError` if it is taken.
         """
-        _require_name(name)
+        require_name(name)
         bench = read(content, f"{name}.toml")
         self._store(name, content, "toml")
         return bench
@@ -159,7 +160,7 @@ class Library:
         Returns whether the table is new: False if the same one has this name already. Raises `RefusedTable`,
         `LimitExceeded`, `InvalidValue` if the name is invalid, and `FileExistsError` if another file has it.
         """
-        _require_name(name)
+        require_name(name)
         digest, written = verify(content)
         try:
             self._store(name, written, "h5")
@@ -176,7 +177,7 @@ class Library:
         `BadRecording`, `UnknownName`, `LimitExceeded`, `InvalidValue` if the name is invalid, and `FileExistsError` if
         it is taken.
         """
-        _require_name(name)
+        require_name(name)
         if form == "csv" and self.most_engagements is not None:
             lines = content.count(b"\n")  # counted first, because reading millions of rows takes minutes
             if lines > self.most_engagements + _OTHER_LINES:
@@ -196,7 +197,7 @@ class Library:
 
         Raises what `add_recordings` raises, and `InvalidValue` if the table is one of a clutch.
         """
-        _require_name(name)
+        require_name(name)
         checked = self.read_measurements(content, table)
         self._require_engagements(len(checked))
         self._store(name, checked.to_bytes(), "h5")
@@ -214,6 +215,28 @@ class Library:
         if form == "h5" and (runs := read_untrusted_runs(content)) is not None:
             return runs
         return Recordings.read(content, form, profiles=None if bench is None else self.bench(bench).profiles)
+
+    def staged_table(self, name: str) -> Path:
+        """The hidden file to which the table `name` is built, beside the parts of a build that goes on."""
+        return self.folder / f".build-{name}.h5"
+
+    def keep_staged_table(self, name: str) -> None:
+        """Give the table that was built to `staged_table` its name; raises `InvalidValue` if another file has it."""
+        staged = self.staged_table(name)
+        try:
+            os.link(staged, self.folder / f"{name}.h5")
+        except FileExistsError:
+            # The same table is there if the worker ended just after it had got its name.
+            if not self.has_table(name) or self.table(name).digest != Table.open(staged).digest:
+                raise InvalidValue(f"Another file was named '{name}' while the table was built",
+                                   "Submit the build again under another name") from None
+        staged.unlink()
+
+    def remove_staged_table(self, name: str) -> None:
+        """Delete what a build of the table `name` has kept that did not end."""
+        self.staged_table(name).unlink(missing_ok=True)
+        for folder in self.folder.glob(f".{self.staged_table(name).name}.*.parts"):
+            shutil.rmtree(folder, ignore_errors=True)
 
     def remove_table(self, name: str) -> None:
         """Delete the file of the table `name`, valid or not; raises `UnknownName`."""
@@ -244,7 +267,7 @@ class Library:
         self._rename("bench", name, self.benches(), new, "toml")
 
     def _rename(self, kind: str, name: str, known: list[str], new: str, form: str) -> None:
-        _require_name(new)
+        require_name(new)
         if name not in known:
             raise UnknownName.of(kind, name, known)
         old = self.folder / f"{name}.{form}"
@@ -256,21 +279,23 @@ class Library:
             raise LimitExceeded(f"The recordings have {count:,} engagements; the limit is {self.most_engagements:,}",
                                 _FEWER_ENGAGEMENTS)
 
-    def _require_space(self, size: int) -> None:
+    def require_space(self, size: int) -> None:
+        """Raise `LimitExceeded` if the folder cannot take a file of this `size` in bytes."""
         if self.most_bytes is None:
             return
         stored = 0
-        for path in (*self._files(), *self._files(".toml")):
+        for path in (*self._files(), *self._files(".toml"), *self.folder.glob("..build-*.parts/*")):
             with suppress(OSError):  # deleted in the meantime
                 stored += path.lstat().st_size
         if stored + size > self.most_bytes:
             raise LimitExceeded(f"The folder holds {stored:,} bytes, and {size:,} more exceed its {self.most_bytes:,}",
-                                "Delete tables or recordings, or let the administrator increase SLIPSTICK_FOLDER_BYTES")
+                                "Delete tables, recordings or builds that ended early, or let the administrator "
+                                "increase SLIPSTICK_FOLDER_BYTES")
 
     def _store(self, name: str, content: bytes, form: str) -> None:
         if any(path.stem == name for path in self._files(f".{form}")):
             raise FileExistsError(name)
-        self._require_space(len(content))
+        self.require_space(len(content))
         staged = self.folder / f".{name}-{secrets.token_hex(8)}.{form}"
         try:
             with replacing(staged) as temporary:
@@ -299,7 +324,8 @@ class Library:
         return [path for path in self.folder.glob(f"*{suffix}") if _NAME.fullmatch(path.stem)]
 
 
-def _require_name(name: str) -> None:
+def require_name(name: str) -> None:
+    """Raise `InvalidValue` for a text that is no name of a file."""
     if not _NAME.fullmatch(name):
         raise InvalidValue(f"'{name[:100]}' is not a valid file name",
                            "Use up to 64 letters, digits, - and _, starting with a letter or digit")

@@ -96,6 +96,9 @@ function typed(sends, value) {
     const number = Number(value.replace(",", "."));
     return Number.isNaN(number) ? value : number; // what is no number is refused by the service, in words
   }
+  if (sends === "numbers") {
+    return value.split(/[\s,;]+/).map(part => typed("number", part));
+  }
   return sends === "json" ? JSON.parse(value) : sends === "list" ? [value] : value;
 }
 
