@@ -116,7 +116,7 @@ def test_ended_jobs_come_in_parts(client: httpx.Client) -> None:
 @pytest.mark.parametrize(("path", "said"), [
     ("tables/nominal", ("pressure bias 1.6 bar 0.5 to 1.5 9", "motor speed [rad/s]", "215 5 198.97 14 80")),
     ("recordings/measured", ("shifting time [s]", "0 0 104.72 6 20 0.3028")),
-    ("benches/heavy", ("pressure_bias", "1.6 bar", "load inertia [kg m^2]", "215 5"))])
+    ("benches/heavy", ("pressure_bias", "1.6 bar", "load inertia [kg m²]", "215 5"))])
 def test_files_have_pages_with_their_conditions(client: httpx.Client, path: str, said: tuple[str, ...]) -> None:
     page = client.get(f"/{path}")
     assert page.headers["Content-Type"] == "text/html; charset=utf-8"
