@@ -13,6 +13,7 @@ from urllib.parse import urlsplit
 import httpx
 import pytest
 from selenium import webdriver
+from selenium.common.exceptions import StaleElementReferenceException
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.remote.webelement import WebElement
@@ -149,7 +150,7 @@ def test_the_page_in_a_browser(quick_service: tuple[Path, httpx.Client], browser
     address = str(quick_service[1].base_url).rstrip("/")
     requested(), browser.get_log("browser")
     browser.get(f"{address}/")
-    wait = WebDriverWait(browser, 60)
+    wait = WebDriverWait(browser, 60, ignored_exceptions=[StaleElementReferenceException])  # updates replace the jobs
     assert not browser.find_elements(By.CSS_SELECTOR, "progress")
     # A fit that is submitted later appears, shows its progress, and ends with its report, without a reload.
     browser.execute_script("window.marked = true")
@@ -286,6 +287,7 @@ def test_a_study_that_is_done_has_done_all_of_its_steps(
 @pytest.mark.slow
 def test_the_page_works_without_internet_access(browser: webdriver.Chrome, requested: Callable[[], list[str]],
                                                 address: str, tmp_path: Path) -> None:
+    requested(), browser.get_log("browser")
     browser.get(f"{address}/docs")
     wait = WebDriverWait(browser, 20)
     blocks = wait.until(lambda _: browser.find_elements(By.CSS_SELECTOR, ".opblock"))
