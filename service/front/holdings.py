@@ -11,18 +11,18 @@ from slipstick.report.words import listed
 from slipstick.storage.library import Library
 from slipstick.table import Axis, Surrogate
 
-from ..front.elements import Entry, group, listings, plural
+from ..front.elements import UNFOLDED, Entry, group, listings, plural
 
 
 def holdings(library: Library) -> str:
     """Return the sections of the files as HTML."""
     return "\n".join([
         group("Tables", [_entry("tables", name, library, about_table) for name in library.tables()],
-              "There is no table yet.", *listings("/v1/tables")),
+              "There is no table yet.", *listings("/v1/tables"), most=UNFOLDED),
         group("Recordings", [_entry("recordings", name, library, about_recordings) for name in library.recordings()],
-              "There are no recordings yet.", *listings("/v1/recordings")),
+              "There are no recordings yet.", *listings("/v1/recordings"), most=UNFOLDED),
         group("Benches", [_entry("benches", name, library, about_bench) for name in library.benches()],
-              "There is no bench yet.", *listings("/v1/benches"))])
+              "There is no bench yet.", *listings("/v1/benches"), most=UNFOLDED)])
 
 
 def _entry(kind: str, name: str, library: Library, about: Callable[[Library, str], str]) -> Entry:

@@ -129,6 +129,15 @@ def test_a_page_that_has_not_changed_is_not_sent_again(client: httpx.Client, pat
     assert other.status_code == 422
 
 
+def test_long_lists_are_folded(client: httpx.Client, folder: Path) -> None:
+    for number in range(13):
+        (folder / "tables" / f"again{number}.toml").write_bytes((folder / "tables" / "heavy.toml").read_bytes())
+    page = client.get("/").text.partition('<section id="benches"')[2]
+    assert page.partition("<details>")[0].count('<li class="entry">') == 12
+    assert "<summary>2 more</summary>" in page
+    assert page.count('<li class="entry">') == 14
+
+
 def test_a_job_is_called_by_what_it_is_about_or_as_its_client_calls_it(client: httpx.Client) -> None:
     client.post("/v1/studies", json={})
     client.post("/v1/studies", json={}, headers={"Idempotency-Key": "mine"})
