@@ -48,20 +48,18 @@ def _blocks(bench: Bench) -> str:
     entries = (*_BLOCKS, ("input shaft", ("output torque", *driven), "input speed"))
     items = "\n".join(
         f'<li><h3>{escape(block)}</h3><p><span class="side">reads</span> {escape(", ".join(reads))}</p>'
-        f'<p><span class="side">gives</span> <strong>{escape(gives)}</strong></p></li>' for block, reads, gives in entries)
+        f'<p><span class="side">gives</span> <strong>{escape(gives)}</strong></p></li>'
+        for block, reads, gives in entries)
     return f'<ol class="blocks">\n{items}\n</ol>'
 
 
 def _sensors(bench: Bench) -> str:
     unit_of = {**SIGNAL_UNITS, "shifting_time": "s"}
-    rows = []
-    for signal, sensor in bench.sensors.items():
-        unit = units.raised(unit_of.get(signal, ""))
-        cells = ("unknown" if value is None else units.with_unit(f"{value:g}", of)
-                 for value, of in ((sensor.noise, unit), (sensor.resolution, unit), (sensor.lag, "s")))
-        rows.append((in_words(signal), *cells))
-    return table(("signal", "noise (standard deviation)", "resolution", "lag"), rows) + paragraph(
-        f"Sampled every {1e3 * bench.sample_time:g} ms.", "note")
+    rows = [(in_words(signal), units.raised(unit_of.get(signal, "")), *(
+        "unknown" if value is None else f"{value:g}" for value in (sensor.noise, sensor.resolution, sensor.lag)))
+        for signal, sensor in bench.sensors.items()]
+    return table(("signal", "unit", "noise", "resolution", "lag [s]"), rows, {1}) + paragraph(
+        f"Noise: its standard deviation. A sample every {1e3 * bench.sample_time:g} ms.", "note")
 
 
 def _curves(bench: Bench) -> list[Panel]:
@@ -97,5 +95,5 @@ def numbers_table(word: str, columns: Mapping[str, Sequence[float]], count: int,
     rows = [[str(number), *(f"{value:.5g}" for value in row)]
             for number, row in enumerate(islice(zip(*columns.values(), strict=True), _MOST))]
     left = count - len(rows)
-    return fold(table(head, rows) + (paragraph(f"{left:,} more are in the description as JSON.", "note") if left else ""),
-                len(rows), noun)
+    note = paragraph(f"{left:,} more are in the description as JSON.", "note") if left else ""
+    return fold(table(head, rows) + note, count, noun)

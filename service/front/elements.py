@@ -10,8 +10,8 @@ from slipstick.report.markup import paragraph
 
 _MADE_UP = re.compile(r"[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 """The id of a job whose client did not choose it."""
-_UNFOLDED = 12
-"""Number of rows up to which a table is not folded."""
+UNFOLDED = 12
+"""Number of rows up to which a table is not folded, and of entries of a list."""
 
 
 @dataclass(frozen=True)
@@ -47,19 +47,28 @@ class Entry:
                 + "</div></li>")
 
 
-def group(title: str, entries: Sequence[Entry], empty: str, *links: Link) -> str:
-    """Return a section with a list of entries, or with the text `empty` if there are none."""
+def group(title: str, entries: Sequence[Entry], empty: str, *links: Link, most: int | None = None) -> str:
+    """Return a section with a list of entries, or with the text `empty` if there are none.
+
+    Entries after the first `most` are folded.
+    """
     anchor = title.split()[0].lower()
-    body = '<ul class="entries">\n' + "\n".join(entry.html() for entry in entries) + "\n</ul>" if entries else \
-        paragraph(empty, "note")
+    shown, folded = entries[:most], entries[len(entries[:most]):]
+    body = _list(shown) if entries else paragraph(empty, "note")
+    if folded:
+        body += f"\n<details><summary>{len(folded):,} more</summary>\n{_list(folded)}\n</details>"
     below = " · ".join(link.html() for link in links)
     return (f'<section id="{anchor}" aria-labelledby="{anchor}-title"><h2 id="{anchor}-title">{escape(title)}</h2>\n'
             f"{body}\n" + (f'<p class="links">{below}</p>\n' if below else "") + "</section>")
 
 
+def _list(entries: Sequence[Entry]) -> str:
+    return '<ul class="entries">\n' + "\n".join(entry.html() for entry in entries) + "\n</ul>"
+
+
 def fold(content: str, count: int, noun: str) -> str:
     """Return HTML with `count` rows that is folded where it is long, below a summary with their number."""
-    if count <= _UNFOLDED:
+    if count <= UNFOLDED:
         return content
     return f"<details><summary>All {plural(count, escape(noun))} as a table</summary>\n{content}\n</details>"
 

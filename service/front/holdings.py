@@ -11,7 +11,7 @@ from slipstick.report.words import listed
 from slipstick.storage.library import Library
 from slipstick.table import Axis, Surrogate
 
-from ..front.elements import Entry, group, listings, plural
+from ..front.elements import UNFOLDED, Entry, group, listings, plural
 from .file_actions import Folder
 
 
@@ -19,11 +19,11 @@ def holdings(library: Library) -> str:
     """Return the sections of the files as HTML."""
     return "\n".join([
         group("Tables", [file_entry("tables", name, library) for name in library.tables()],
-              "There is no table yet.", *listings("/v1/tables")),
+              "There is no table yet.", *listings("/v1/tables"), most=UNFOLDED),
         group("Recordings", [file_entry("recordings", name, library) for name in library.recordings()],
-              "There are no recordings yet.", *listings("/v1/recordings")),
+              "There are no recordings yet.", *listings("/v1/recordings"), most=UNFOLDED),
         group("Benches", [file_entry("benches", name, library) for name in library.benches()],
-              "There is no bench yet.", *listings("/v1/benches"))])
+              "There is no bench yet.", *listings("/v1/benches"), most=UNFOLDED)])
 
 
 def file_entry(folder: Folder, name: str, library: Library) -> Entry:

@@ -170,8 +170,11 @@ def _name(job: Listed) -> str:
 def _thumbnail(store: JobStore, job: Listed) -> str:
     """A small picture of the law that a study measured; empty without one."""
     title = _title_of_law(store, job.id, str(job.ended)) if isinstance(job, Study) else ""
-    return (f'<a class="law" href="{escape(job.links["report"])}"><img src="/studies/{escape(job.id)}/law.svg" width="154" '
-            f'height="80" loading="lazy" alt="{escape(title)}"></a>') if title else ""
+    if not title:
+        return ""
+    picture = (f'<img src="/studies/{escape(job.id)}/law.svg" width="154" height="80" loading="lazy" '
+               f'alt="{escape(title)}">')
+    return f'<a class="law" href="{escape(job.links["report"])}">{picture}</a>'
 
 
 @lru_cache(maxsize=1000)

@@ -11,6 +11,7 @@ from slipstick.pictures.conditions import described
 from slipstick.pictures.panels import draw_curves, draw_map
 from slipstick.pictures.theme import in_words
 from slipstick.report.markup import definitions, paragraph, section, table
+from slipstick.report.words import listed
 from slipstick.table import Axis, Table
 from slipstick.table.subject import columns
 
@@ -46,14 +47,14 @@ def _map_section(name: str, shown_table: Table, condition: int, axes: tuple[str 
     places = _places(shown_table.axes, axes)
     names = [shown_table.axes[place].name for place in places]
     output = in_words(shown_table.output.name)
-    panel = _draw(shown_table, condition, places)
+    panels = _draw(shown_table, condition, places)
     over = " and ".join(in_words(axis) for axis in names)
     others = ", ".join(in_words(axis.name) for axis in shown_table.axes if axis.name not in names)
     return (f'<section id="map" aria-labelledby="map-title">\n<h2 id="map-title">{escape(output.capitalize())} over '
             f"{escape(over)}</h2>\n{_form(shown_table, condition, names)}\n"
             + paragraph(f"Condition {condition}: {described(columns(shown_table.conditions), condition)}"
                         + (f"; {others} at the nominal value" if others else ""))
-            + draw_panels(drawings, [panel], "map", shown_table.digest, str(condition), *names) + "\n</section>")
+            + draw_panels(drawings, panels, "map", shown_table.digest, str(condition), *names) + "\n</section>")
 
 
 def _places(axes: Sequence[Axis], names: tuple[str | None, str | None]) -> list[int]:
@@ -86,15 +87,15 @@ def _form(shown_table: Table, condition: int, names: Sequence[str]) -> str:
     return f'<form class="flip" action="#map" method="get">{" ".join(fields)}\n<button>Show</button></form>'
 
 
-def _draw(shown_table: Table, condition: int, places: Sequence[int]) -> Panel:
+def _draw(shown_table: Table, condition: int, places: Sequence[int]) -> list[Panel]:
     axes = [shown_table.axes[place] for place in places]
     count = _PLACES if len(axes) == 2 else _POINTS
     grids = [np.linspace(axis.lower, axis.upper, count) for axis in axes]
     points = np.ones((count ** len(axes), len(shown_table.axes)))
     for place, mesh in zip(places, np.meshgrid(*grids), strict=True):
         points[:, place] = mesh.ravel()
-    at = shown_table.restricted(shown_table.conditions.take(np.array([condition])))
-    values = at.interpolate(points)[:, 0]
+    single = shown_table.restricted(shown_table.conditions.take(np.array([condition])))
+    values = single.interpolate(points)[:, 0]
     sides = []
     for axis, grid in zip(axes, grids, strict=True):
         unit, factor = units.scale(axis.unit, axis.nominal * np.abs(grid).max())
@@ -102,13 +103,20 @@ def _draw(shown_table: Table, condition: int, places: Sequence[int]) -> Panel:
     output = shown_table.output
     if len(sides) == 1:
         axis_name, unit, grid, nominal = sides[0]
-        return Panel(draw_curves(output.name, output.unit, (axis_name, unit), {output.name: (grid, values)}),
-                     f"The {in_words(output.name)} over the {in_words(axis_name)}, whose nominal value is {nominal:.4g}.")
+        return [Panel(draw_curves(output.name, output.unit, (axis_name, unit), {output.name: (grid, values)}),
+                      f"The {in_words(output.name)} over the {in_words(axis_name)}.",
+                      f"Nominal value: {units.with_unit(units.number(nominal), unit)}.")]
     across, up = sides
     spec = draw_map(output.name, output.unit, across[:3], up[:3], values.reshape(count, count), (across[3], up[3]))
     known = values[np.isfinite(values)]
     span = f"from {known.min():.4g} to {known.max():.4g} {output.unit}" if len(known) else "undefined"
     missing = "; where it is blank, the output is undefined" * (len(known) < len(values))
-    return Panel(spec, f"A map of the {in_words(output.name)}, {span}, in bands of colour over {in_words(across[0])} and "
-                       f"{in_words(up[0])}. A cross marks the nominal point{missing}.",
-                 f"Cross: the nominal point{missing}.")
+    drawn = Panel(spec, f"A map of the {in_words(output.name)}, {span}, in bands of colour over {in_words(across[0])} "
+                        f"and {in_words(up[0])}. A cross marks the nominal point{missing}.",
+                  f"Cross: the nominal point{missing}.")
+    curves = {units.with_unit(units.number(up[2][row]), up[1]): (across[2], values.reshape(count, count)[row])
+              for row in (0, count // 2, count - 1)}
+    at = f"{in_words(up[0])} of {listed(list(curves))}"
+    return [drawn, Panel(draw_curves(output.name, output.unit, across[:2], curves),
+                         f"The {in_words(output.name)} over the {in_words(across[0])}, at {at}.",
+                         f"At three values of the {in_words(up[0])}.")]

@@ -29,7 +29,8 @@ def draw_panels(drawings: Drawings, panels: list[Panel], *key: str) -> str:
         "specs": {name: panel.spec for name, panel in names.items()},
         "captions": {name: panel.caption for name, panel in names.items()}}, *key))
     figures = "\n".join(
-        f'<figure class="panel"><h3>{escape(panel.spec["title"]["text"])}</h3>\n<div class="picture">{drawn[name]}</div>'
-        + (f'<figcaption>{escape(panel.note)}</figcaption>' if panel.note else "") + "</figure>"
+        f'<figure class="panel"><h3>{escape(panel.spec["title"]["text"])}</h3>\n'
+        f'<div class="picture">{drawn[name]}</div>'
+        + (f"<figcaption>{escape(panel.note)}</figcaption>" if panel.note else "") + "</figure>"
         for name, panel in names.items())
     return f'<div class="panels">\n{figures}\n</div>'

@@ -14,6 +14,7 @@ from slipstick.errors import UnknownName
 from slipstick.machine import Profile, Runs
 from slipstick.pictures import units
 from slipstick.pictures.conditions import described
+from slipstick.pictures.engagement import VACUUM
 from slipstick.pictures.panels import Signal, Span, draw_numbers, draw_signal, titled
 from slipstick.pictures.theme import in_words
 from slipstick.recordings import Recordings
@@ -27,7 +28,6 @@ from ..front.details import conditions_table, numbers_table, page
 from ..front.elements import Link, plural
 from ..front.panels import Panel, draw_panels
 
-_VACUUM = -1.0  # bar, gauge
 _MOST_SAMPLES = 2_000_000
 """Samples of all signals together that are searched for flaws of all runs; of more, only those of the shown run are."""
 _MOST_LINKS = 20
@@ -102,19 +102,20 @@ def _course_of(recordings: Recordings | Measurements | Runs) -> Course:
                   {"current": Profile(setting.profile_time[profile], setting.profile_current[profile])},
                   {**known, **{entry: channel.unit for entry, channel in further.items()}},
                   {"motor_speed": setting.motor_speed, "brake_torque": setting.brake_torque}, result, conditions,
-                  {"shifting time": recordings.measured_time}, {"pressure": _VACUUM})
+                  {"shifting time": recordings.measured_time}, {"pressure": VACUUM})
 
 
-def _shown_run(recordings: Recordings | Measurements | Runs, course: Course, run: int, found: Sequence[str],
+def _shown_run(recordings: Recordings | Measurements | Runs, course: Course, run: int, flawed: Sequence[str],
                drawings: Drawings) -> str:
     """Return the section of one run: links to its neighbours, its conditions in words, and its signals."""
     words = described(course.conditions, run)
     results = [units.with_unit(f"{in_words(entry)} {values[run]:.4g}", units.raised(course.units.get(entry, "")))
                for entry, values in course.results.items() if entry not in course.levels]
-    parts = [_flip(course, run), paragraph("; ".join([words, *results] if words else results))]
+    parts = [_flip(course, run) if course.count > 1 else "",
+             paragraph("; ".join([words, *results] if words else results))]
     if course.signals:
-        parts += [paragraph("; ".join(found) or "No gap, no spike and no saturation in any signal.",
-                            "flawed" if found else "note"),
+        parts += [paragraph("; ".join(flawed) or "No gap, no spike and no saturation in any signal.",
+                            "flawed" if flawed else "note"),
                   draw_panels(drawings, _panels(course, run), "run", recordings.digest, str(run))]
     title = f"{course.word.capitalize()} {run}"
     return (f'<section id="run" aria-labelledby="run-title">\n<h2 id="run-title">{escape(title)}</h2>\n'
@@ -129,9 +130,10 @@ def _flip(course: Course, run: int) -> str:
         return f'<a rel="{relation}" href="?run={number}#run">{text}</a>'
 
     return (f'<form class="flip" action="#run" method="get">{neighbour("← Previous", run - 1, "prev")}\n'
+            f'{neighbour("Next →", run + 1, "next")}\n'
             f'<label>{escape(course.word.capitalize())} <input type="number" name="run" min="0" '
-            f'max="{course.count - 1}" value="{run}" required></label> <span class="off">of 0 to {course.count - 1}</span>'
-            f'\n<button>Show</button>\n{neighbour("Next →", run + 1, "next")}</form>')
+            f'max="{course.count - 1}" value="{run}" required></label>\n'
+            f'<span class="off">of 0 to {course.count - 1}</span>\n<button>Show</button></form>')
 
 
 def _panels(course: Course, run: int) -> list[Panel]:
@@ -147,7 +149,8 @@ def _panels(course: Course, run: int) -> list[Panel]:
         signal = Signal(entry, unit, values, levels, spans,
                         {label: float(instant[run]) for label, instant in course.instants.items()}, lowest)
         marks = [f"dotted: {listed(list(levels))}" if levels else "",
-                 f"dashed: {listed(list(course.instants))}" if course.instants else "", "shaded: flaws" if spans else ""]
+                 f"dashed: {listed(list(course.instants))}" if course.instants else "",
+                 "shaded: flaws" if spans else ""]
         about = "; ".join(mark for mark in marks if mark)
         panels.append(Panel(draw_signal(course.time, signal), f"{in_words(entry)} of {course.word} {run} over time"
                             + (f"; {about}" if about else ""), _below(course.time, values, lowest)))
@@ -159,13 +162,14 @@ def _below(time: np.ndarray, values: np.ndarray, lowest: float) -> str:
     below = np.flatnonzero(values < lowest)
     if not len(below):
         return ""
-    least = f"{values.min():.2f}".replace("-", "−")
+    least = units.number(float(values.min()))
     return (f"{plural(len(below), 'sample')} from {1e3 * time[below[0]]:.0f} to {1e3 * time[below[-1]]:.0f} ms below "
             f"vacuum, down to {least} bar, not drawn: an offset of the sensor or, in simulated recordings, the "
             "approximated delay of the valve, whose answer to a step starts in the wrong direction.")
 
 
-def _flaws_by_run(recordings: Recordings | Measurements | Runs, course: Course, run: int) -> Mapping[int, Sequence[str]]:
+def _flaws_by_run(recordings: Recordings | Measurements | Runs, course: Course,
+                  run: int) -> Mapping[int, Sequence[str]]:
     """Return the flaws of each run that has some, in words; of the shown run alone where all have too many samples."""
     if isinstance(recordings, Measurements) or not course.signals:
         return {}
@@ -195,12 +199,13 @@ def _flaws_of_all(course: Course, flawed: Mapping[int, Sequence[str]], run: int)
     if not course.signals:
         return ""
     if not _searched_all(course):
-        return paragraph(f"Flaws are searched in the shown {course.word} alone, because there are so many samples.", "note")
+        return paragraph(f"There are so many samples that flaws are searched in the shown {course.word} alone.", "note")
     if not flawed:
         return paragraph(f"No signal of any {course.word} has a gap, a spike or a saturation.", "note")
     links = ", ".join(Link(str(number), f"?run={number}#run").html() for number in list(flawed)[:_MOST_LINKS])
     more = f" and {plural(len(flawed) - _MOST_LINKS, 'more', 'more')}" if len(flawed) > _MOST_LINKS else ""
-    return f'<p class="flawed">{plural(len(flawed), course.word)} with a gap, a spike or a saturation: {links}{more}</p>'
+    return (f'<p class="flawed">{plural(len(flawed), course.word)} with a gap, a spike or a saturation: {links}{more}'
+            "</p>")
 
 
 def _all_numbers(recordings: Recordings | Measurements | Runs, course: Course) -> str:
@@ -213,9 +218,11 @@ def _all_numbers(recordings: Recordings | Measurements | Runs, course: Course) -
 
 def _recorded(course: Course) -> str:
     step = np.median(np.diff(course.time))
-    rows = [(in_words(entry), kind, f"{np.nanmin(values):.4g} to {np.nanmax(values):.4g}") for kind, entries in (
-        ("signal", course.signals), ("command", {entry: profile.value for entry, profile in course.commands.items()}))
-        for entry, values in ((titled(entry, course.units.get(entry, "")), values) for entry, values in entries.items())]
+    commands = {entry: profile.value for entry, profile in course.commands.items()}
+    rows = [(titled(entry, course.units.get(entry, "")), kind,
+             f"{units.number(np.nanmin(values), 4)} to {units.number(np.nanmax(values), 4)}")
+            for kind, entries in (("signal", course.signals), ("command", commands))
+            for entry, values in entries.items()]
     return paragraph(f"{len(course.time):,} samples of each {course.word}, from {course.time[0]:g} to "
                      f"{course.time[-1]:g} s, {1e3 * step:.3g} ms apart") + table(
         ("quantity", "kind", f"range of all {course.word}s"), rows, {1})

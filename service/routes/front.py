@@ -45,8 +45,8 @@ from ..schemas import LibraryDependency
 router = APIRouter(route_class=JsonRoute, include_in_schema=False)
 
 Count = Annotated[int, Query(ge=1, le=1000, description="Maximum number of ended jobs of each kind.")]
-_ABOUT = ("Slipstick finds where a simulation and recordings of its test bench disagree, names the physical effect that "
-          "the model lacks, and measures how much of the gap it closes.")
+_ABOUT = ("Slipstick finds where a simulation and recordings of its test bench disagree, names the physical effect "
+          "that the model lacks, and measures how much of the gap it closes.")
 _FLIP = '<script src="/static/front/flip.js" type="module"></script>'
 Number = Annotated[int, Query(ge=0, description="Number of a run or a condition, from 0.")]
 AxisName = Annotated[str | None, Query(description="Name of an axis of the map.")]

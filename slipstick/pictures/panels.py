@@ -11,11 +11,12 @@ from slipstick.pictures.theme import Spec
 WIDTH = 364
 """Width in px of a panel with its axes: that of the text on a screen of 390 px."""
 _HEIGHT, _MAP_HEIGHT = 190, 330
-_INTERVALS = 200  # of each of which the least and the largest sample of a curve are drawn
+_INTERVALS = 200  # in time, of each of which the least and the largest sample of a curve are drawn
 _COLOURS = (theme.AFTER, theme.BEFORE, theme.MEASURED, theme.ALARM, theme.SHADES[2], theme.FAINT)
 _DASHES = ([1, 0], [6, 3])
 _BANDS = tuple(reversed(theme.SHADES))
 _SMALL = (150, 76)
+"""Width and height in px of a law without axes."""
 
 
 @dataclass(frozen=True)
@@ -53,11 +54,11 @@ def draw_signal(time: np.ndarray, signal: Signal) -> Spec:
     shown = np.where(signal.values >= signal.lowest, signal.values, np.nan)
     known = shown[np.isfinite(shown)]
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
-    room = 0.05 * (high - low or 1.0)
+    room = 0.08 * (high - low or 1.0)
     levels = {name: level for name, level in signal.levels.items() if low - room <= level <= high + room}
     x = {"field": "t", "type": "quantitative", "title": "time [s]", "axis": {"grid": False, "tickCount": 6},
          "scale": {"domain": [float(time[0]), float(time[-1])], "nice": False}}
-    y = {"field": "y", "type": "quantitative", "title": titled(signal.name, signal.unit), "axis": {"tickCount": 5},
+    y = {"field": "y", "type": "quantitative", "title": None, "axis": {"tickCount": 5},
          "scale": {"domain": [theme.rounded(low - room), theme.rounded(high + room)], "nice": False}}
     layers: list[Spec] = [
         {"data": {"values": [{"t": span.start, "end": span.end} for span in signal.spans]},
@@ -69,8 +70,8 @@ def draw_signal(time: np.ndarray, signal: Signal) -> Spec:
          "mark": {"type": "rule", "color": theme.FAINT, "strokeDash": [4, 3]}, "encoding": {"x": x}},
         {"data": {"values": [{"y": level} for level in levels.values()]},
          "mark": {"type": "rule", "color": theme.BEFORE, "strokeDash": [2, 2]}, "encoding": {"y": y}},
-        {"data": {"values": [{"t": float(time[0]), "y": level, "label": name} for name, level in levels.items()]},
-         "mark": {"type": "text", "align": "left", "dx": 4, "dy": -6, "fontSize": 11, "color": theme.BEFORE},
+        {"data": {"values": [{"t": float(time[-1]), "y": level, "label": name} for name, level in levels.items()]},
+         "mark": {"type": "text", "align": "right", "dx": -4, "dy": -6, "fontSize": 11, "color": theme.BEFORE},
          "encoding": {"x": x, "y": y, "text": {"field": "label"}}},
         {"data": {"values": [{"t": theme.rounded(float(time[place])), "y": theme.rounded(float(shown[place]))}
                              for place in _thin(shown)]},
@@ -95,11 +96,11 @@ def _thin(values: np.ndarray) -> list[int]:
 def draw_numbers(name: str, unit: str, values: np.ndarray, chosen: int, word: str) -> Spec:
     """Return one number for each run as dots (n,), with the `chosen` one marked; a run is called by a `word`."""
     finite = np.isfinite(values)
-    rows = [{"run": int(run), "y": theme.rounded(float(values[run])), "chosen": run == chosen}
+    rows = [{"run": int(run), "y": theme.rounded(float(values[run])), "chosen": int(run) == chosen}
             for run in np.flatnonzero(finite)]
     mark = {"x": {"field": "run", "type": "quantitative", "title": word, "axis": {"grid": False, "tickCount": 6},
                   "scale": {"domain": [-0.5, len(values) - 0.5], "nice": False}},
-            "y": {"field": "y", "type": "quantitative", "title": titled(name, unit), "axis": {"tickCount": 5},
+            "y": {"field": "y", "type": "quantitative", "title": None, "axis": {"tickCount": 5},
                   "scale": {"zero": False}}}
     layers: list[Spec] = [
         {"mark": {"type": "circle", "size": 18, "color": theme.AFTER, "opacity": 0.7}, "encoding": mark},
@@ -117,7 +118,7 @@ def draw_curves(name: str, unit: str, over: tuple[str, str], curves: Mapping[str
     encoding: Spec = {
         "x": {"field": "x", "type": "quantitative", "title": titled(*over), "scale": {"nice": False},
               "axis": {"grid": False, "tickCount": 6}},
-        "y": {"field": "y", "type": "quantitative", "title": titled(name, unit), "axis": {"tickCount": 5}}}
+        "y": {"field": "y", "type": "quantitative", "title": None, "axis": {"tickCount": 5}, "scale": {"zero": False}}}
     mark: Spec = {"type": "line", "strokeWidth": 1.6, "color": theme.AFTER}
     if len(series) > 1:
         rank = range(len(series))
@@ -151,16 +152,16 @@ def draw_map(name: str, unit: str, x: tuple[str, str, np.ndarray], y: tuple[str,
             if np.isfinite(values[row, column])]
     bands = {"type": "quantize", "domain": [theme.rounded(factor * low), theme.rounded(factor * high)],
              "range": list(_BANDS)}
-    colour = {"field": "value", "type": "quantitative", "scale": bands, "title": titled(name, shown),
-              "legend": {"title": titled(name, shown), "symbolType": "square", "symbolSize": 160, "columns": 2,
-                         "format": ".3~r", "titleFontWeight": "normal", "orient": "bottom", "direction": "horizontal"}}
+    colour: Spec = {"field": "value", "type": "quantitative", "scale": bands}
+    legend = {"title": None, "orient": "bottom", "symbolType": "square", "columns": 3, "format": ".3~r"}
     centre = {"data": {"values": [{"x": float(nominal[0]), "y": float(nominal[1]), "label": "nominal"}]}}
     at = {"x": {**side_x, "field": "x"}, "y": {**side_y, "field": "y"}}
     layers = [
-        {"data": {"values": rows}, "mark": {"type": "rect", "stroke": None}, "encoding": {
+        {"data": {"values": rows}, "mark": {"type": "rect", "strokeWidth": 0.8}, "encoding": {
             "x": {**side_x, "field": "x"}, "x2": {"field": "x2"}, "y": {**side_y, "field": "y"},
-            "y2": {"field": "y2"}, "color": colour}},
-        {**centre, "mark": {"type": "point", "shape": "cross", "size": 120, "filled": True, "color": theme.BEFORE},
+            "y2": {"field": "y2"}, "fill": {**colour, "legend": legend}, "stroke": {**colour, "legend": None}}},
+        {**centre, "mark": {"type": "point", "shape": "cross", "size": 120, "filled": True, "opacity": 1,
+                            "color": theme.BEFORE},
          "encoding": at},
         {**centre, "mark": {"type": "text", "dx": 10, "align": "left", "dy": -9, "fontSize": 12, "fontWeight": 600,
                             "color": theme.BEFORE}, "encoding": {**at, "text": {"field": "label"}}}]

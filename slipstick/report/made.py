@@ -91,9 +91,9 @@ def elements(request: bytes) -> bytes:
 
 
 def svg(request: bytes) -> bytes:
-    """The picture `spec` as an SVG file, with its `caption`."""
+    """The picture `spec` as an SVG file without its title as text; that and the `caption` describe it."""
     given = json.loads(request)
-    return render(given["spec"], "svg", given["caption"])
+    return inline({"picture": given["spec"]}, {"picture": given["caption"]})["picture"].encode()
 
 
 def _is_of_machine(given: Mapping[str, Any]) -> bool:

@@ -13,6 +13,7 @@ from urllib.parse import urlsplit
 import httpx
 import pytest
 from selenium import webdriver
+from selenium.common.exceptions import StaleElementReferenceException
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.remote.webelement import WebElement
@@ -116,7 +117,7 @@ def test_ended_jobs_come_in_parts(client: httpx.Client) -> None:
 @pytest.mark.parametrize(("path", "said"), [
     ("tables/nominal", ("pressure bias 1.6 bar 0.5 to 1.5 9", "motor speed [rad/s]", "215 5 198.97 14 80")),
     ("recordings/measured", ("shifting time [s]", "0 0 104.72 6 20 0.3028")),
-    ("benches/heavy", ("pressure_bias", "1.6 bar", "load inertia [kg m^2]", "215 5"))])
+    ("benches/heavy", ("pressure_bias", "1.6 bar", "load inertia [kg m²]", "215 5"))])
 def test_files_have_pages_with_their_conditions(client: httpx.Client, path: str, said: tuple[str, ...]) -> None:
     page = client.get(f"/{path}")
     assert page.headers["Content-Type"] == "text/html; charset=utf-8"
@@ -149,7 +150,7 @@ def test_the_page_in_a_browser(quick_service: tuple[Path, httpx.Client], browser
     address = str(quick_service[1].base_url).rstrip("/")
     requested(), browser.get_log("browser")
     browser.get(f"{address}/")
-    wait = WebDriverWait(browser, 60)
+    wait = WebDriverWait(browser, 60, ignored_exceptions=[StaleElementReferenceException])  # updates replace the jobs
     assert not browser.find_elements(By.CSS_SELECTOR, "progress")
     # A fit that is submitted later appears, shows its progress, and ends with its report, without a reload.
     browser.execute_script("window.marked = true")
@@ -291,6 +292,7 @@ CSV = """current_profile,motor_speed [rad/s],load_inertia [kg m^2],brake_torque 
 @pytest.mark.slow
 def test_the_page_works_without_internet_access(browser: webdriver.Chrome, requested: Callable[[], list[str]],
                                                 address: str, tmp_path: Path) -> None:
+    requested(), browser.get_log("browser")
     browser.get(f"{address}/docs")
     wait = WebDriverWait(browser, 20)
     blocks = wait.until(lambda _: browser.find_elements(By.CSS_SELECTOR, ".opblock"))
