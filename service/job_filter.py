@@ -16,7 +16,10 @@ ACTIVE: tuple[Status, ...] = ("queued", "running")
 
 @dataclass(frozen=True)
 class JobFilter:
-    """The jobs with one of `status`, submitted at or after `since`, of these files; all by default."""
+    """The jobs with one of `status`, submitted at or after `since`, of these files; all by default.
+
+    `text` is contained in the id of the job or in the name of one of its files.
+    """
 
     status: Sequence[Status] | None = None
     since: datetime.datetime | None = None
@@ -25,6 +28,7 @@ class JobFilter:
     bench: str | None = None
     name: str | None = None
     """That of the table that a job builds."""
+    text: str | None = None
 
     @property
     def states(self) -> list[str] | None:

@@ -16,6 +16,8 @@ _TABLES = sa.MetaData(schema=_SCHEMA)
 _JOB = sa.Table("workflow_status", _TABLES, *(sa.Column(name, sa.Text) for name in (
     "workflow_uuid", "name", "status", "queue_name", "application_name")), sa.Column("created_at", sa.BigInteger)).c
 _INPUT = sa.Table("workflow_input", _TABLES, sa.Column("workflow_uuid", sa.Text), sa.Column("inputs", sa.Text)).c
+_FILES = ("recordings", "table", "bench", "machine", "name")
+"""Entries of the input of a job that name what it is of."""
 _Columns = TypeVarTuple("_Columns")
 
 
@@ -62,9 +64,12 @@ class JobTable:
             query = query.where(_JOB.status.in_(wanted.states))
         if wanted.since is not None:
             query = query.where(_JOB.created_at >= round(1000 * wanted.since.timestamp()))
-        if wanted.inputs:
+        if wanted.inputs or wanted.text:
             query = query.where(_INPUT.workflow_uuid == _JOB.workflow_uuid,
                                 *(self._input(name) == value for name, value in wanted.inputs.items()))
+        if wanted.text:
+            texts = (_JOB.workflow_uuid, *map(self._input, _FILES))
+            query = query.where(sa.or_(*(text.icontains(wanted.text, autoescape=True) for text in texts)))
         return query
 
     def _input(self, name: str) -> sa.ColumnElement[str]:

@@ -97,12 +97,17 @@ SinceFilter = Annotated[datetime.datetime | None, Query(
     alias="since", description="Only jobs submitted at this time or later, such as 2026-09-21T14:00:00Z.")]
 
 
-async def job_filter(status: StatusFilter = None, recordings: RecordingsFilter = None,
-               since: SinceFilter = None) -> JobFilter:
+TextFilter = Annotated[str | None, Query(
+    alias="text", max_length=200, description="Only jobs with this text, in small or capital letters, in their id or "
+                                              "in the name of a file of theirs.")]
+
+
+async def job_filter(status: StatusFilter = None, recordings: RecordingsFilter = None, since: SinceFilter = None,
+                     text: TextFilter = None) -> JobFilter:
     """The filter of a list of jobs. A time without offset is UTC."""
     if since is not None and since.tzinfo is None:
         since = since.replace(tzinfo=datetime.UTC)
-    return JobFilter(status, since, recordings)
+    return JobFilter(status, since, recordings, text=text)
 
 
 Ahead = Annotated[int | None, Field(description="Number of jobs before this one in its queue, that of short or that of "

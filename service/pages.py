@@ -23,5 +23,7 @@ def install(app: FastAPI) -> None:
             swagger_favicon_url="static/swagger/favicon-32x32.png",
             # The validator badge would need internet access.
             swagger_ui_parameters={"validatorUrl": None, "displayRequestDuration": True,
-                                   "defaultModelsExpandDepth": 0},
+                                   "defaultModelsExpandDepth": 0,
+                                   # A field for a file also where the document, for generated clients, says text.
+                                   "fileUploadMediaTypes": ["application/octet-stream", "text/csv"]},
         )

@@ -1,11 +1,17 @@
 """HTML elements of the pages: groups of entries, each with a name, what it is, and links. All text is escaped."""
 
 import datetime
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
 from slipstick.report.markup import paragraph
+
+_MADE_UP = re.compile(r"[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}")
+"""The id of a job whose client did not choose it."""
+UNFOLDED = 12
+"""Number of rows up to which a table is not folded, and of entries of a list."""
 
 
 @dataclass(frozen=True)
@@ -41,19 +47,43 @@ class Entry:
                 + "</div></li>")
 
 
-def group(title: str, entries: Sequence[Entry], empty: str, *links: Link) -> str:
-    """Return a section with a list of entries, or with the text `empty` if there are none."""
+def group(title: str, entries: Sequence[Entry], empty: str, *links: Link, most: int | None = None) -> str:
+    """Return a section with a list of entries, or with the text `empty` if there are none.
+
+    Entries after the first `most` are folded.
+    """
     anchor = title.split()[0].lower()
-    body = '<ul class="entries">\n' + "\n".join(entry.html() for entry in entries) + "\n</ul>" if entries else \
-        paragraph(empty, "note")
+    shown, folded = entries[:most], entries[len(entries[:most]):]
+    body = _list(shown) if entries else paragraph(empty, "note")
+    if folded:
+        body += f"\n<details><summary>{len(folded):,} more</summary>\n{_list(folded)}\n</details>"
     below = " · ".join(link.html() for link in links)
     return (f'<section id="{anchor}" aria-labelledby="{anchor}-title"><h2 id="{anchor}-title">{escape(title)}</h2>\n'
             f"{body}\n" + (f'<p class="links">{below}</p>\n' if below else "") + "</section>")
 
 
+def _list(entries: Sequence[Entry]) -> str:
+    return '<ul class="entries">\n' + "\n".join(entry.html() for entry in entries) + "\n</ul>"
+
+
+def fold(content: str, count: int, noun: str) -> str:
+    """Return HTML with `count` rows that is folded where it is long, below a summary with their number."""
+    if count <= UNFOLDED:
+        return content
+    return f"<details><summary>All {plural(count, escape(noun))} as a table</summary>\n{content}\n</details>"
+
+
 def listings(address: str) -> list[Link]:
     """Return links to the whole list at `address`, for programs."""
     return [Link("All as JSON", address), Link("All as CSV", f"{address}?format=csv")]
+
+
+def job_name(kind: str, subject: str, id: str, submitted: datetime.datetime | None) -> str:
+    """Return what people call a job: the id that a client chose, or else its kind, its subject and its day."""
+    if not _MADE_UP.fullmatch(id) or submitted is None:
+        return id
+    year = "" if submitted.year == datetime.datetime.now(datetime.UTC).year else f" {submitted.year}"
+    return f"{kind} of {subject}, {submitted.day} {submitted:%b}{year}"
 
 
 def moment(time: datetime.datetime | None) -> str:

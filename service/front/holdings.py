@@ -1,6 +1,6 @@
 """The files of the front page: benches, tables and recordings; an invalid one with the reason."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from slipstick.black_box import Measurements
 from slipstick.errors import SlipstickError
@@ -11,25 +11,27 @@ from slipstick.report.words import listed
 from slipstick.storage.library import Library
 from slipstick.table import Axis, Surrogate
 
-from ..front.elements import Entry, group, listings, plural
+from ..front.elements import UNFOLDED, Entry, group, listings, plural
+from .file_actions import Folder
 
 
 def holdings(library: Library) -> str:
     """Return the sections of the files as HTML."""
     return "\n".join([
-        group("Tables", [_entry("tables", name, library, about_table) for name in library.tables()],
-              "There is no table yet.", *listings("/v1/tables")),
-        group("Recordings", [_entry("recordings", name, library, about_recordings) for name in library.recordings()],
-              "There are no recordings yet.", *listings("/v1/recordings")),
-        group("Benches", [_entry("benches", name, library, about_bench) for name in library.benches()],
-              "There is no bench yet.", *listings("/v1/benches"))])
+        group("Tables", [file_entry("tables", name, library) for name in library.tables()],
+              "There is no table yet.", *listings("/v1/tables"), most=UNFOLDED),
+        group("Recordings", [file_entry("recordings", name, library) for name in library.recordings()],
+              "There are no recordings yet.", *listings("/v1/recordings"), most=UNFOLDED),
+        group("Benches", [file_entry("benches", name, library) for name in library.benches()],
+              "There is no bench yet.", *listings("/v1/benches"), most=UNFOLDED)])
 
 
-def _entry(kind: str, name: str, library: Library, about: Callable[[Library, str], str]) -> Entry:
+def file_entry(folder: Folder, name: str, library: Library) -> Entry:
+    """Return a file as an entry of a list."""
     try:
-        return Entry(name, f"/{kind}/{name}", about(library, name))
+        return Entry(name, f"/{folder}/{name}", _ABOUT[folder](library, name))
     except SlipstickError as error:
-        return Entry(name, f"/v1/{kind}/{name}", str(error), "invalid")
+        return Entry(name, f"/{folder}/{name}", str(error), "invalid")
 
 
 def about_table(library: Library, name: str) -> str:
@@ -68,3 +70,7 @@ def about_bench(library: Library, name: str) -> str:
     """Return what a bench is, in a sentence."""
     bench = library.bench(name)
     return f"{bench.title}, {plural(len(bench.conditions), 'condition')}"
+
+
+_ABOUT: Mapping[Folder, Callable[[Library, str], str]] = {
+    "tables": about_table, "recordings": about_recordings, "benches": about_bench}

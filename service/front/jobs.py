@@ -16,7 +16,8 @@ from slipstick.studies.progress import StudyProgress
 from ..build_schemas import Build, BuildWithProgress
 from ..calibration_schemas import Calibration, CalibrationWithProgress
 from ..fit_schemas import Fit, FitProgress, FitWithProgress
-from ..front.elements import Entry, Link, group, listings, moment, plural
+from ..front.elements import Entry, Link, group, job_name, listings, moment, plural
+from ..front.laws import drawable_law
 from ..heartbeats import Heartbeats
 from ..job_filter import ENDED, JobFilter
 from ..job_kind import JobKind
@@ -35,7 +36,7 @@ _NO_WORKER = ('<aside class="warnings"><p><strong>No worker is alive.</strong> J
               "<code>slipstick work</code></p></aside>")
 Active = FitWithProgress | StudyWithProgress | CalibrationWithProgress | BuildWithProgress
 Listed = Fit | Study | Calibration | Build
-_KINDS: tuple[JobKind[Listed, Active], ...] = (STUDIES, FITS, CALIBRATIONS, BUILDS)
+JOB_KINDS: tuple[JobKind[Listed, Active], ...] = (STUDIES, FITS, CALIBRATIONS, BUILDS)
 
 
 @dataclass(frozen=True)
@@ -60,31 +61,32 @@ class Jobs:
             f'<p class="counts"><span class="dot {"on" if alive else "off"}"></span>{plural(alive, "worker")} alive · '
             f"{running} running · {waiting} waiting</p>",
             _NO_WORKER if active and not alive else "", steps,
-            group("Jobs", [_active_entry(job) for job in active], "No job is running or waiting.",
+            group("Jobs", [active_entry(job) for job in active], "No job is running or waiting.",
                   *_links_to_hidden(running + waiting - len(active))),
             *(_list_ended(kind, store, count) for kind, store in self._kinds())])
 
     def _kinds(self) -> list[tuple[JobKind[Listed, Active], JobStore]]:
-        return [(kind, self.stores[kind.name]) for kind in _KINDS]
+        return [(kind, self.stores[kind.name]) for kind in JOB_KINDS]
 
 
 def _list_ended(kind: JobKind[Listed, Active], store: JobStore, count: int) -> str:
     title = kind.plural.capitalize()
     jobs = store.newest(count + 1, 0, JobFilter(status=ENDED))
     older = Link(f"Show more {title.lower()}", f"/?count={min(1000, 2 * count)}#{title.lower()}")
-    return group(title, [_ended_entry(store, kind.without_progress(store, job)) for job in jobs[:count]],
+    return group(title, [ended_entry(store, kind.without_progress(store, job)) for job in jobs[:count]],
                  f"No {store.workflow} has ended yet.",
                  *([older] if len(jobs) > count else []), *listings(store.address))
 
 
 def _links_to_hidden(count: int) -> list[Link]:
     """Links to the lists with the jobs that wait, if `count` of them are not on the page."""
-    waiting = [Link(f"{kind.plural} that wait", f"{kind.address}?status=queued") for kind in _KINDS]
+    waiting = [Link(f"{kind.plural} that wait", f"{kind.address}?status=queued") for kind in JOB_KINDS]
     first = replace(waiting[0], text=f"{plural(count, 'more job')}: {waiting[0].text}")
     return [first, *waiting[1:]] if count > 0 else []
 
 
-def _describe_subject(job: Listed) -> str:
+def describe_subject(job: Listed) -> str:
+    """Return what a job is of, in words."""
     if isinstance(job, Build):
         subject = f"the machine “{job.machine}”" if job.machine else f"the bench {job.bench}"
         return f"Build of the table {job.name} of {subject}"
@@ -95,12 +97,18 @@ def _describe_subject(job: Listed) -> str:
     return f"Fit of {listed([in_words(name) for name in job.parameters])} {model} to “{job.recordings}”"
 
 
-def _active_entry(job: Active) -> Entry:
+def active_entry(job: Active) -> Entry:
+    """Return a job that runs or waits as an entry of a list."""
     links = [Link("Status as JSON", job.links["self"])]
-    return Entry(job.id, job.links["self"], _describe_subject(job), job.status, _describe_progress(job), links)
+    return Entry(_name(job), page_of(job), describe_subject(job), job.status, describe_progress(job), links)
 
 
-def _describe_progress(job: Active) -> str:
+def page_of(job: Listed) -> str:
+    """Return the address of the page of a job."""
+    return job.links["self"].removeprefix("/v1")
+
+
+def describe_progress(job: Active) -> str:
     """Progress in words, and as a bar where the share that is done is known."""
     left = None if job.progress is None else job.progress.budget_left
     return _describe_stage(job) + ("" if left is None or job.status != "running" else
@@ -140,21 +148,43 @@ def _round_seconds(seconds: float) -> str:
     return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
 
 
-def _ended_entry(store: JobStore, job: Listed) -> Entry:
+def ended_entry(store: JobStore, job: Listed) -> Entry:
+    """Return a job that has ended as an entry of a list."""
     address = job.links["self"]
-    about = f"{_describe_subject(job)}, {moment(job.ended)}"
+    about = f"{describe_subject(job)}, {moment(job.ended)}"
     if job.status != "done":
         cause = paragraph(str(store.find(job.id).error), "doing") if job.status == "failed" else ""
-        return Entry(job.id, address, about, job.status, cause, [Link("Status as JSON", address)])
-    answer = paragraph(_answer(store, job.id, str(job.ended)), "answer")
-    page = f"/tables/{job.name}" if isinstance(job, Build) else job.links["report"]
-    return Entry(job.id, page, about, "", answer, [
-        Link("Table" if isinstance(job, Build) else "Report", page), Link("Result as JSON", job.links["result"]),
+        return Entry(_name(job), page_of(job), about, job.status, cause, [Link("Status as JSON", address)])
+    answer = _thumbnail(store, job) + paragraph(answer_of(store, job.id, str(job.ended)), "answer")
+    made = Link("Table", f"/tables/{job.name}") if isinstance(job, Build) else Link("Report", job.links["report"])
+    return Entry(_name(job), page_of(job), about, "", answer, [
+        made, Link("Result as JSON", job.links["result"]),
         *([Link("Residuals as CSV", f"{job.links['residuals']}?format=csv")] if "residuals" in job.links else [])])
 
 
+def _name(job: Listed) -> str:
+    subject = job.name if isinstance(job, Build) else job.recordings
+    return job_name(type(job).__name__.removesuffix("WithProgress").lower(), subject, job.id, job.submitted)
+
+
+def _thumbnail(store: JobStore, job: Listed) -> str:
+    """A small picture of the law that a study measured; empty without one."""
+    title = _title_of_law(store, job.id, str(job.ended)) if isinstance(job, Study) else ""
+    if not title:
+        return ""
+    picture = (f'<img src="/studies/{escape(job.id)}/law.svg" width="154" height="80" loading="lazy" '
+               f'alt="{escape(title)}">')
+    return f'<a class="law" href="{escape(job.links["report"])}">{picture}</a>'
+
+
 @lru_cache(maxsize=1000)
-def _answer(store: JobStore, id: str, ended: str) -> str:
+def _title_of_law(store: JobStore, id: str, ended: str) -> str:
+    drawable = drawable_law(output_of(finished_job(store, id)))
+    return "" if drawable is None else drawable.title
+
+
+@lru_cache(maxsize=1000)
+def answer_of(store: JobStore, id: str, ended: str) -> str:
     """What a job found, in a sentence. Read once, since results are large; `ended` tells jobs of the same id apart."""
     job = finished_job(store, id)
     output = output_of(job)

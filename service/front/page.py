@@ -11,7 +11,7 @@ from slipstick.report.markup import paragraph
 from ..front.elements import Link
 
 _STYLE = Path(__file__).with_name("front.css")
-_POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'self'; connect-src 'self'; img-src data:"
+_POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'self'; connect-src 'self'; img-src 'self' data:"
 _ICON = ("data:image/svg+xml,%3Csvg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'%3E%3Cpath d='M2 3h5v10H2z"
          "M9 3h5v10H9z' fill='%231f5fa8'/%3E%3Cpath d='M7.5 1v14' stroke='%23e0843a'/%3E%3C/svg%3E")
 _SECTIONS = ("Jobs", "Studies", "Fits", "Tables", "Recordings", "Benches")
@@ -28,7 +28,8 @@ def document(title: str, body: str, head: str = "") -> str:
         f'<link rel="icon" href="{_ICON}">', f"<style>{_style()}</style>", head, "</head>", "<body>",
         '<a class="skip" href="#main">Skip to the content</a>',
         '<header><div><a class="brand" href="/">Slipstick</a>',
-        f'<nav aria-label="Sections"><ul>{sections}<li><a href="/docs">API</a></li></ul></nav></div></header>',
+        f'<nav aria-label="Sections"><ul>{sections}<li><a href="/find">Search</a></li>'
+        '<li><a href="/docs">API</a></li></ul></nav></div></header>',
         f'<main id="main">\n{body}\n</main>',
         f"<footer><div>Slipstick {__version__}</div></footer>", "</body>", "</html>", ""])
 

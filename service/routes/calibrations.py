@@ -103,7 +103,7 @@ def _job_input(library: Library, body: CalibrationRequest) -> JobInput:
     return job_input
 
 
-def _drawn(id: CalibrationId, store: CalibrationStore) -> Drawn:
+def drawn_calibration(id: CalibrationId, store: CalibrationStore) -> Drawn:
     """What is drawn of a calibration."""
     def request() -> dict[str, Any]:
         finished = finished_job(store, id)
@@ -115,5 +115,5 @@ def _drawn(id: CalibrationId, store: CalibrationStore) -> Drawn:
 
 add_job_routes(router, CALIBRATIONS)
 _drawings = APIRouter(prefix="/v1/calibrations/{id}", tags=["calibrations"], route_class=JsonRoute)
-add_drawing_routes(_drawings, CALIBRATIONS, _TEXTS, _drawn)
+add_drawing_routes(_drawings, CALIBRATIONS, _TEXTS, drawn_calibration)
 router.routes.extend(_drawings.routes)

@@ -1,32 +1,55 @@
 """The front page, and the stream that keeps its jobs up to date."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse
 from starlette.responses import Response
 
+from slipstick.errors import SlipstickError, UnknownName
+from slipstick.report.markup import paragraph
 from slipstick.storage.library import Library
 
 from ..bodies import JsonRoute
+from ..computations import computes
+from ..drawings import DrawingsDependency
 from ..following import EventStream, FollowingDependency, LastEventId, State
-from ..front.details import bench_page, recordings_page, table_page
+from ..front.details import bench_page
+from ..front.file_actions import Folder, file_actions, invalid_page
+from ..front.find import quick_form
 from ..front.first_steps import first_steps
+from ..front.forms import SCRIPT, Form
 from ..front.holdings import about_bench, about_recordings, about_table, holdings
 from ..front.jobs import Jobs
+from ..front.laws import thumbnail
+from ..front.mapped import table_page
+from ..front.orders import bench_orders, machine_tables, recordings_orders, table_orders
 from ..front.page import document
+from ..front.recorded import recordings_page
+from ..front.upload import SCRIPTS as UPLOAD_SCRIPTS
+from ..front.upload import upload_page
 from ..heartbeats import Heartbeats
+from ..job_filter import JobFilter
 from ..job_store import JobStore
-from ..jobs import JobStores
+from ..jobs import JobStores, finished_job, output_of, version_of
+from ..pictures import PICTURE_RESPONSE, picture_response
+from ..revalidation import Revalidation, RevalidationDependency
 from ..routes.benches import BenchNamePath
 from ..routes.recordings import RecordingsNamePath
+from ..routes.studies import StudyId, StudyStore
 from ..routes.tables import TableNamePath
 from ..schemas import LibraryDependency
 
 router = APIRouter(route_class=JsonRoute, include_in_schema=False)
 
 Count = Annotated[int, Query(ge=1, le=1000, description="Maximum number of ended jobs of each kind.")]
+_ABOUT = ("Slipstick finds where a simulation and recordings of its test bench disagree, names the physical effect "
+          "that the model lacks, and measures how much of the gap it closes.")
+_FLIP = '<script src="/static/front/flip.js" type="module"></script>'
+Number = Annotated[int, Query(ge=0, description="Number of a run or a condition, from 0.")]
+AxisName = Annotated[str | None, Query(description="Name of an axis of the map.")]
 _NO_SCRIPT = '<noscript><meta http-equiv="refresh" content="10"></noscript>'
 _SCRIPT = '<script src="/static/front/live.js" type="module"></script>'
 
@@ -36,7 +59,8 @@ def front_page(request: Request, library: LibraryDependency, stores: JobStores,
                count: Count = 10) -> HTMLResponse:
     """What the service holds, and what it is doing."""
     jobs = _jobs(request, library, stores, count)
-    body = "\n".join(["<h1>Test bench against simulation</h1>",
+    body = "\n".join(["<h1>Test bench against simulation</h1>", paragraph(_ABOUT, "lead"),
+                      f'<div class="start"><a class="button" href="/upload">Add files</a>{quick_form()}</div>',
                       f'<div id="live" data-events="/events?count={count}">', jobs, "</div>", holdings(library)])
     return HTMLResponse(document("Slipstick", body, f"{_NO_SCRIPT}\n{_SCRIPT}"), headers={"Cache-Control": "no-store"})
 
@@ -51,25 +75,86 @@ async def front_events(request: Request, library: LibraryDependency, stores: Job
     return EventStream(following, f"{request.base_url}events/{count}", state, last)
 
 
+@router.get("/upload", response_class=HTMLResponse)
+def add_files(library: LibraryDependency) -> HTMLResponse:
+    """The page on which files are added."""
+    return HTMLResponse(document("Add files", upload_page(library.benches(), machine_tables(library)), UPLOAD_SCRIPTS),
+                        headers={"Cache-Control": "no-store"})
+
+
 @router.get("/tables/{name}", response_class=HTMLResponse)
-def table_details(name: TableNamePath, library: LibraryDependency) -> HTMLResponse:
+@computes
+def table_details(name: TableNamePath, library: LibraryDependency, stores: JobStores, client: RevalidationDependency,
+                  drawings: DrawingsDependency, condition: Number = 0, x: AxisName = None,
+                  y: AxisName = None) -> HTMLResponse:
     """The page of a table."""
-    table = library.table(name)
-    return HTMLResponse(document(name, table_page(name, table, about_table(library, name))))
+    def content() -> _Content:
+        table, about = library.table(name), about_table(library, name)
+        return _Content((table.digest, about), table_orders(library, name, table),
+                        lambda: table_page(name, table, about, condition, (x, y), drawings))
+
+    return _file_page("tables", name, content, stores, JobFilter(table=name, status=["done"]), client)
 
 
 @router.get("/recordings/{name}", response_class=HTMLResponse)
-def recordings_details(name: RecordingsNamePath, library: LibraryDependency) -> HTMLResponse:
+@computes
+def recordings_details(name: RecordingsNamePath, library: LibraryDependency, stores: JobStores,
+                       client: RevalidationDependency, drawings: DrawingsDependency, run: Number = 0) -> HTMLResponse:
     """The page of recordings."""
-    recordings = library.recorded(name)
-    return HTMLResponse(document(name, recordings_page(name, recordings, about_recordings(library, name))))
+    def content() -> _Content:
+        recordings, about = library.recorded(name), about_recordings(library, name)
+        return _Content((recordings.digest, about), recordings_orders(library, name, recordings),
+                        lambda: recordings_page(name, recordings, about, run, drawings))
+
+    return _file_page("recordings", name, content, stores, JobFilter(recordings=name, status=["done"]), client)
 
 
 @router.get("/benches/{name}", response_class=HTMLResponse)
-def bench_details(name: BenchNamePath, library: LibraryDependency) -> HTMLResponse:
+@computes
+def bench_details(name: BenchNamePath, library: LibraryDependency, stores: JobStores, client: RevalidationDependency,
+                  drawings: DrawingsDependency) -> HTMLResponse:
     """The page of a bench."""
-    bench = library.bench(name)
-    return HTMLResponse(document(name, bench_page(name, bench, about_bench(library, name))))
+    def content() -> _Content:
+        bench, about = library.bench(name), about_bench(library, name)
+        return _Content((bench.digest, bench.sensing_digest, bench.conditions.digest, bench.source, about), bench_orders(library, name),
+                        lambda: bench_page(name, bench, about, drawings))
+
+    return _file_page("benches", name, content, stores, JobFilter(bench=name, status=["done"]), client)
+
+
+@router.get("/studies/{id}/law.svg", response_class=Response, responses=PICTURE_RESPONSE)
+@computes
+def law_thumbnail(id: StudyId, store: StudyStore, client: RevalidationDependency,
+                  drawings: DrawingsDependency) -> Response:
+    """The first measured law of a finished study, in small."""
+    version = version_of(finished_job(store, id, output=False))
+    client.require_change(version)
+    return picture_response(drawings.made("svg", lambda: thumbnail(output_of(finished_job(store, id))), version), "svg")
+
+
+@dataclass(frozen=True)
+class _Content:
+    """The page of a file: what identifies its content, the jobs that the file can be given to, and the HTML."""
+
+    version: tuple[str, ...]
+    orders: Mapping[str, Form]
+    draw: Callable[[], str]
+
+
+def _file_page(folder: Folder, name: str, content: Callable[[], _Content], stores: JobStores, users: JobFilter,
+               client: Revalidation) -> HTMLResponse:
+    """The page of a file with what can be done with it, or that of an invalid one with the reason."""
+    results = sum(store.total(users) for store in stores.values())
+    try:
+        shown = content()
+    except UnknownName:
+        raise
+    except SlipstickError as error:
+        return HTMLResponse(document(name, invalid_page(folder, name, str(error), results), SCRIPT))
+    actions = file_actions(folder, name, shown.orders, results)
+    client.require_change(*shown.version, actions)
+    head, first, details = shown.draw().partition("<section")  # what can be done stands before long tables
+    return HTMLResponse(document(name, f"{head}{actions}\n{first}{details}", f"{SCRIPT}{_FLIP}"))
 
 
 def _jobs(request: Request, library: Library, stores: Mapping[str, JobStore], count: int) -> str:

@@ -13,7 +13,7 @@ from slipstick.acquisition.archive import MAPPING, import_archive
 from ..bodies import JsonRoute, require_media_type
 from ..computations import reads_upload
 from ..error_responses import error_responses
-from ..routes.recordings import RecordingsDescription, store
+from ..routes.recordings import RecordingsDescription, describe, store
 from ..schemas import LibraryDependency
 
 router = APIRouter(prefix="/v1/recordings", tags=["recordings"], route_class=JsonRoute)
@@ -35,13 +35,22 @@ brake_torque = { value = "20 N m" }
 """
 
 
-def _example() -> str:
-    """A fictitious engagement whose speeds meet after 0.6 s on a bench with the gear ratio 3.2, as Base64."""
+def _sheet() -> str:
+    """A fictitious engagement whose speeds meet after 0.6 s on a bench with the gear ratio 3.2, as CSV."""
     rows = [(20 * k, max(60 - 2 * k, 0)) for k in range(60)]
-    sheet = "t;n_in;n_out\n" + "".join(f"{t / 1000};{160 + slip};{50}\n".replace(".", ",") for t, slip in rows)
+    return "t;n_in;n_out\n" + "".join(f"{t / 1000};{160 + slip};{50}\n".replace(".", ",") for t, slip in rows)
+
+
+def example_file() -> str:
+    """A file of a fictitious engagement, as Base64."""
+    return base64.b64encode(_sheet().encode()).decode()
+
+
+def _example() -> str:
+    """The file with its mapping, as Base64."""
     memory = io.BytesIO()
     with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, text in ((MAPPING, _EXAMPLE_MAPPING), ("run.csv", sheet)):
+        for name, text in ((MAPPING, _EXAMPLE_MAPPING), ("run.csv", _sheet())):
             archive.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)
     return base64.b64encode(memory.getvalue()).decode()
 
@@ -80,6 +89,10 @@ ImportName = Annotated[str, Query(
     openapi_examples={"mine": {"summary": "A new name", "value": "imported-files"}})]
 
 
+Preview = Annotated[bool, Query(description="Import without storing anything: the answer, with status 200, says what "
+                                            "the recordings would be.")]
+
+
 async def _archive(request: Request) -> bytes:
     require_media_type(request, MEDIA_TYPE)
     return await request.body()
@@ -87,21 +100,26 @@ async def _archive(request: Request) -> bytes:
 
 @router.post("/import", summary="Import files of a bench", status_code=201, openapi_extra=_UPLOAD_BODY,
              responses=error_responses(404, 408, 409, 413, 415, 503) | {200: {
-                 "description": "Identical recordings already existed under this name", "model": ImportDescription}})
+                 "description": "Identical recordings already existed under this name, or it was a `preview`",
+                 "model": ImportDescription}})
 @reads_upload
 def import_recordings(name: ImportName, bench: ImportBench, archive: Annotated[bytes, Depends(_archive)],
-                      library: LibraryDependency, response: Response) -> ImportDescription:
+                      library: LibraryDependency, response: Response, preview: Preview = False) -> ImportDescription:
     """Make recordings of the files of a data-acquisition system and store them.
 
     The request body is a ZIP archive (Content-Type application/zip) with the files (MDF, MATLAB, CSV or Parquet),
     their mapping `channels.toml`, and the sheet of conditions if the mapping names one, made by
     `zip -r files.zip channels.toml runs`. Send it by `curl --data-binary @files.zip --header 'Content-Type:
     application/zip'`. `docs/your_files.md` describes the mapping. The files are read in a child process with limited
-    time and memory. An existing file is never replaced.
+    time and memory. An existing file is never replaced. With `preview`, nothing is stored.
     """
     library.bench(bench)  # refuses an unknown bench before the archive is read
     content, report = import_archive(archive, library.folder / f"{bench}.toml")
-    stored = store(library, response, name, content, "h5")
+    if preview:
+        response.status_code = 200
+        stored = describe(name, library.read_recordings(content, "h5"))
+    else:
+        stored = store(library, response, name, content, "h5")
     assert isinstance(stored, RecordingsDescription)  # a mapping of a bench imports no runs of a machine
     return ImportDescription(
         recordings=stored, engagements=list(report.engagements),

@@ -34,7 +34,7 @@ _TEXTS = DrawingTexts(
     captions=CAPTIONS, example=("comparison", "Measured against simulated shifting times"))
 
 
-def _drawn_pictures(id: FitId, store: FitStore) -> Drawn:
+def drawn_fit(id: FitId, store: FitStore) -> Drawn:
     """What is drawn of a fit."""
     version = version_of(finished_job(store, id, output=False))
     return Drawn((version,), lambda: {"kind": "fit", "output": output_of(finished_job(store, id))},
@@ -49,7 +49,7 @@ def _drawn_page(id: FitId, store: FitStore, library: LibraryDependency, beside: 
         require_complete(store, other)
     description = _recordings_description(library, fit)
     other_output = None if other is None else _comparable_output(fit, other)
-    pictures = _drawn_pictures(id, store)
+    pictures = drawn_fit(id, store)
     return replace(pictures, version=(version_of(fit, *([other] if other else [])), description), request=lambda: {
         **pictures.request(), "job": FITS.without_progress(store, fit).model_dump(mode="json"), "other": other_output,
         "description": description})
@@ -77,4 +77,4 @@ def _recordings_description(library: Library, fit: WorkflowStatus) -> str:
     return ""
 
 
-add_drawing_routes(router, FITS, _TEXTS, _drawn_pictures, _drawn_page)
+add_drawing_routes(router, FITS, _TEXTS, drawn_fit, _drawn_page)

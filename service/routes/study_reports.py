@@ -24,7 +24,7 @@ _TEXTS = DrawingTexts(
     captions=CAPTIONS, example=("gap", "Held-out error without and with the findings"))
 
 
-def _drawn(id: StudyId, store: StudyStore, fits: StudyFits) -> Drawn:
+def drawn_study(id: StudyId, store: StudyStore, fits: StudyFits) -> Drawn:
     """What is drawn of a study, and of the fits that are compared: another fit may have taken the id of one."""
     study = finished_job(store, id, output=False)
     compared = [] if fits is None else [f"{fit['id']} {fit['ended']}" for fit in fits.values()]
@@ -39,4 +39,4 @@ def _drawn(id: StudyId, store: StudyStore, fits: StudyFits) -> Drawn:
                  "" if fits is None else f"?before={fits['before']['id']}&after={fits['after']['id']}")
 
 
-add_drawing_routes(router, STUDIES, _TEXTS, _drawn)
+add_drawing_routes(router, STUDIES, _TEXTS, drawn_study)

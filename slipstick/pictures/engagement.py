@@ -21,8 +21,9 @@ _SPEEDS = {"input_speed": ("input ÷ gear ratio", "left"), "output_speed": ("out
 """Speed signal -> label and its alignment. Each label extends to the side on which its curve descends."""
 _SAMPLES = 300  # drawn per curve at most
 _DIFFERENCE_HEIGHT = 60
-_VACUUM = -1.0  # bar, gauge
 _AFTER_LOCK = 0.35  # s drawn after lock-up
+VACUUM = -1.0
+"""Lowest pressure in bar, gauge, that is drawn: no oil has a lower one."""
 _TIME: Spec = {"field": "t", "type": "quantitative"}
 
 Signals = Mapping[str, Sequence[float | None]]
@@ -89,18 +90,16 @@ def panels(time: Sequence[float], lines: Mapping[str, Signals], locks: Mapping[s
 
 
 def _vacuum(lines: Iterable[Signals]) -> list[Spec]:
-    """Return a line at vacuum with a note if a pressure is below it, where no gauge pressure can be."""
+    """Return a note if a pressure is below vacuum, where it is not drawn."""
     lowest = min((value for signals in lines for value in signals.get("pressure", ()) if value is not None),
                  default=0.0)
-    if lowest >= _VACUUM:
+    if lowest >= VACUUM:
         return []
-    note = (f"lowest {lowest:.2f} bar, below vacuum (dotted): the linear valve of the model has no lower limit, and a "
-            "sensor may be off").replace("-", "−")
-    return [{"data": {"values": [{}]}, "mark": {"type": "rule", "color": theme.ALARM, "strokeDash": [2, 2]},
-             "encoding": {"x": {"value": 0}, "x2": {"value": theme.WIDTH}, "y": {"datum": _VACUUM}}},
-            {"data": {"values": [{}]}, "encoding": {"x": {"value": theme.WIDTH - 4}, "y": {"datum": _VACUUM}},
+    note = (f"below vacuum, down to {lowest:.2f} bar, not drawn: the linear valve of the model has no lower limit, and "
+            "a sensor may be off").replace("-", "−")
+    return [{"data": {"values": [{}]}, "encoding": {"x": {"value": theme.WIDTH - 4}, "y": {"datum": VACUUM}},
              "mark": {"type": "text", "text": note, "align": "right", "baseline": "bottom", "dy": -2, "fontSize": 10,
-                      "color": theme.ALARM}}]
+                      "color": theme.FAINT}}]
 
 
 def _samples(time: Sequence[float], lines: Mapping[str, Signals], gear_ratio: float, end: float) -> list[Spec]:
@@ -112,6 +111,8 @@ def _samples(time: Sequence[float], lines: Mapping[str, Signals], gear_ratio: fl
         for series, signals in lines.items():
             for name, values in signals.items():
                 value = values[sample]
+                if name == "pressure" and value is not None and value < VACUUM:
+                    value = None
                 row[f"{series} {name}"] = theme.rounded(None if value is None else value * scale.get(name, 1.0), 4)
         for name in dict.fromkeys(name for signals in lines.values() for name in signals):
             measured, simulated = (row.get(f"{series} {name}") for series in ("measured", "simulated"))

@@ -1,5 +1,7 @@
 """Numbers with units as people read them: 0.07 mm rather than 7e-05 m."""
 
+import re
+
 _SCALES = {"m": (("m", 1.0), ("mm", 1e3)), "m/s": (("m/s", 1.0), ("mm/s", 1e3)), "s": (("s", 1.0), ("ms", 1e3)),
            "A": (("A", 1.0), ("mA", 1e3)), "bar": (("bar", 1.0), ("mbar", 1e3)), "rad": (("rad", 1.0), ("mrad", 1e3)),
            "rad/(N m)": (("rad/(N m)", 1.0), ("mrad/(N m)", 1e3)),
@@ -9,7 +11,8 @@ _SCALES = {"m": (("m", 1.0), ("mm", 1e3)), "m/s": (("m/s", 1.0), ("mm/s", 1e3)),
 """Unit -> units in which it may be shown with the factor from it to them, from large to small."""
 _LEAST = 0.1
 """Smallest number that is shown in a unit if a smaller unit exists."""
-_RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_WHOLE_EXPONENT = re.compile(r"\^(-?\d+)(?![.\d])")
 
 
 def scale(unit: str, largest: float, share: bool = False) -> tuple[str, float]:
@@ -22,9 +25,8 @@ def scale(unit: str, largest: float, share: bool = False) -> tuple[str, float]:
 
 
 def raised(unit: str) -> str:
-    """The unit with raised exponents, such as N m s²."""
-    first, *rest = unit.split("^")
-    return first + "".join(part[:1].translate(_RAISED) + part[1:] for part in rest)
+    """The unit, or a text with units, with raised exponents, such as N m s²."""
+    return _WHOLE_EXPONENT.sub(lambda match: match[1].translate(_RAISED), unit)
 
 
 def number(value: float, digits: int = 3) -> str:

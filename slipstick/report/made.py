@@ -14,7 +14,7 @@ from typing import Any
 from slipstick.errors import UnknownName
 from slipstick.pictures import CAPTIONS, Spec, pictures, propagation, theme
 from slipstick.pictures.machine_study import CAPTIONS as MACHINE_CAPTIONS
-from slipstick.pictures.rendering import render
+from slipstick.pictures.rendering import inline, render
 from slipstick.pictures.study import CAPTIONS as STUDY_CAPTIONS
 from slipstick.report.calibration import CAPTIONS as CALIBRATION_CAPTIONS
 from slipstick.report.calibration import calibration_page, drawn_calibration
@@ -59,15 +59,41 @@ def titles(request: bytes) -> bytes:
 def picture(request: bytes) -> bytes:
     """The picture `name` of the request in its `form`: `json` (Vega-Lite), `svg` or `png`; raises `UnknownName`."""
     given = json.loads(request)
-    name, form = given["name"], given["form"]
+    spec, caption = _drawn(given)
+    if given["form"] == "json":
+        return json.dumps(spec, ensure_ascii=False, separators=(",", ":")).encode()
+    return render(spec, given["form"], caption)
+
+
+def element(request: bytes) -> bytes:
+    """The picture `name` as an SVG element of a page, in which identifiers begin with `prefix`; raises `UnknownName`.
+    """
+    given = json.loads(request)
+    (spec, caption), prefix = _drawn(given), given["prefix"]
+    return inline({prefix: spec}, {prefix: caption})[prefix].encode()
+
+
+def _drawn(given: Mapping[str, Any]) -> tuple[Spec, str]:
+    """The picture `name` of a request, and its caption; raises `UnknownName`."""
+    name = given["name"]
     specs = pictures(given["output"], [name]) if given["kind"] == "fit" else _specs(given)
     if name not in specs:
         raise UnknownName.of("picture", name, _specs(given))
-    if form == "json":
-        return json.dumps(specs[name], ensure_ascii=False, separators=(",", ":")).encode()
     captions = {"fit": CAPTIONS, "study": MACHINE_CAPTIONS if _is_of_machine(given) else STUDY_CAPTIONS,
                 "calibration": CALIBRATION_CAPTIONS}.get(given["kind"], {PROPAGATION: propagation.CAPTION})
-    return render(specs[name], form, captions[name])
+    return specs[name], captions[name]
+
+
+def elements(request: bytes) -> bytes:
+    """A JSON object: the name of each of the `specs` and its SVG element, with its caption of `captions`."""
+    given = json.loads(request)
+    return json.dumps(inline(given["specs"], given["captions"])).encode()
+
+
+def svg(request: bytes) -> bytes:
+    """The picture `spec` as an SVG file without its title as text; that and the `caption` describe it."""
+    given = json.loads(request)
+    return inline({"picture": given["spec"]}, {"picture": given["caption"]})["picture"].encode()
 
 
 def _is_of_machine(given: Mapping[str, Any]) -> bool:

@@ -13,6 +13,7 @@ from urllib.parse import urlsplit
 import httpx
 import pytest
 from selenium import webdriver
+from selenium.common.exceptions import StaleElementReferenceException
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.remote.webelement import WebElement
@@ -116,7 +117,7 @@ def test_ended_jobs_come_in_parts(client: httpx.Client) -> None:
 @pytest.mark.parametrize(("path", "said"), [
     ("tables/nominal", ("pressure bias 1.6 bar 0.5 to 1.5 9", "motor speed [rad/s]", "215 5 198.97 14 80")),
     ("recordings/measured", ("shifting time [s]", "0 0 104.72 6 20 0.3028")),
-    ("benches/heavy", ("pressure_bias", "1.6 bar", "load inertia [kg m^2]", "215 5"))])
+    ("benches/heavy", ("pressure_bias", "1.6 bar", "load inertia [kg m²]", "215 5"))])
 def test_files_have_pages_with_their_conditions(client: httpx.Client, path: str, said: tuple[str, ...]) -> None:
     page = client.get(f"/{path}")
     assert page.headers["Content-Type"] == "text/html; charset=utf-8"
@@ -138,7 +139,7 @@ def test_a_page_has_some_conditions_and_the_number_of_the_others(client: httpx.C
 
 def test_names_are_text_not_markup(client: httpx.Client, monkeypatch: pytest.MonkeyPatch) -> None:
     client.post("/v1/studies", json={}, headers={"Idempotency-Key": "one"})
-    monkeypatch.setattr("service.front.jobs._describe_subject", lambda job: "<script>alert(1)</script>")
+    monkeypatch.setattr("service.front.jobs.describe_subject", lambda job: "<script>alert(1)</script>")
     assert "&lt;script&gt;alert" in client.get("/").text
     assert "<script>alert" not in client.get("/").text
 
@@ -149,7 +150,7 @@ def test_the_page_in_a_browser(quick_service: tuple[Path, httpx.Client], browser
     address = str(quick_service[1].base_url).rstrip("/")
     requested(), browser.get_log("browser")
     browser.get(f"{address}/")
-    wait = WebDriverWait(browser, 60)
+    wait = WebDriverWait(browser, 60, ignored_exceptions=[StaleElementReferenceException])  # updates replace the jobs
     assert not browser.find_elements(By.CSS_SELECTOR, "progress")
     # A fit that is submitted later appears, shows its progress, and ends with its report, without a reload.
     browser.execute_script("window.marked = true")
@@ -254,20 +255,20 @@ def test_a_running_study_states_its_step_its_share_and_what_it_tries(running: Ru
     found = running(asdict(reported[0])).json()
     assert found["progress"] == {"stage": "name", "step": 7, "steps": 12, "done": 0.5, "doing": reported[0].doing,
                                  "budget_left": None}
-    shown = jobs._describe_progress(StudyWithProgress(**found))
+    shown = jobs.describe_progress(StudyWithProgress(**found))
     assert '<progress value="0.500" aria-label="Steps of mine">50 %</progress>' in shown
     assert "Step 7 of 12. Block “pressure, slip → torque in full contact”: trying “friction" in shown
     assert "time budget" not in shown
     limited = running({**asdict(reported[0]), "budget_left": 300.0}).json()
     assert limited["progress"]["budget_left"] == 300
-    assert "5 min of the time budget left" in jobs._describe_progress(StudyWithProgress(**limited))
+    assert "5 min of the time budget left" in jobs.describe_progress(StudyWithProgress(**limited))
 
 
 def test_progress_of_an_earlier_version_is_left_out(running: Running) -> None:
     for reported in ({"stage": "name", "doing": "asking the blocks"}, None):
         answer = running(reported)
         assert (answer.status_code, answer.json()["progress"]) == (200, None)
-        assert "Starting" in jobs._describe_progress(StudyWithProgress(**answer.json()))
+        assert "Starting" in jobs.describe_progress(StudyWithProgress(**answer.json()))
 
 
 def test_a_study_that_is_done_has_done_all_of_its_steps(
@@ -280,30 +281,41 @@ def test_a_study_that_is_done_has_done_all_of_its_steps(
     assert found["progress"] == {**last, "done": 1.0, "budget_left": None}
 
 
-# The page /docs in a browser without internet access: it renders, and "Try it out" works.
+# The page /docs in a browser without internet access: it renders, and "Try it out" works, with files as well.
+
+CSV = """current_profile,motor_speed [rad/s],load_inertia [kg m^2],brake_torque [N m],shifting_time [s]
+0,104.7,6,20,0.9
+0,104.7,6,50,0.95
+"""
 
 
 @pytest.mark.slow
 def test_the_page_works_without_internet_access(browser: webdriver.Chrome, requested: Callable[[], list[str]],
                                                 address: str, tmp_path: Path) -> None:
+    requested(), browser.get_log("browser")
     browser.get(f"{address}/docs")
     wait = WebDriverWait(browser, 20)
     blocks = wait.until(lambda _: browser.find_elements(By.CSS_SELECTOR, ".opblock"))
     assert len(blocks) >= 14
+    file = tmp_path / "two.csv"
+    file.write_text(CSV)
     for operation in ("evaluate", "propagate", "likelihood", "upload_recordings", "submit_fit", "follow_fit"):
         block = browser.find_element(By.CSS_SELECTOR, f".opblock[id$='-{operation}']")
-        assert _try(browser, block) in ("200", "201", "202"), f"{operation}: {block.text}"
+        chosen = file if operation == "upload_recordings" else None
+        assert _try(browser, block, chosen) in ("200", "201", "202"), f"{operation}: {block.text}"
     browser.save_screenshot(tmp_path / "docs.png")
     hosts = {urlsplit(url).netloc for url in requested()}
     assert hosts == {urlsplit(address).netloc}
     assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
 
 
-def _try(browser: webdriver.Chrome, block: WebElement) -> str:
-    """Execute an operation with "Try it out", and return the status that the page displays."""
+def _try(browser: webdriver.Chrome, block: WebElement, file: Path | None) -> str:
+    """Execute an operation with "Try it out", with this `file`, and return the status that the page displays."""
     wait = WebDriverWait(block, 20)
     block.find_element(By.CSS_SELECTOR, ".opblock-summary-control").click()
     for button in (".try-out__btn", ".execute"):
+        if button == ".execute" and file is not None:
+            wait.until(lambda block: block.find_element(By.CSS_SELECTOR, "input[type=file]")).send_keys(str(file))
         element = wait.until(lambda block, button=button: block.find_element(By.CSS_SELECTOR, button))
         browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", element)
         element.click()

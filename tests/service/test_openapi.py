@@ -160,7 +160,7 @@ def test_every_example_works_in_a_generated_client_and_its_response_matches_its_
         media_type = response.headers["Content-Type"].partition(";")[0]
         schema = operation["responses"][str(int(response.status_code))]["content"][media_type]["schema"]
         if media_type != "application/json":
-            assert schema == {"type": "string"}
+            assert schema in ({"type": "string"}, {"type": "string", "format": "binary"})
             continue
         jsonschema.validate(json.loads(response.content), {**schema, "components": document["components"]},
                             cls=jsonschema.Draft202012Validator)

@@ -1,0 +1,126 @@
+"""The page of a job: what it is of, what it is doing or has found, and what can be done with it."""
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Literal, get_args
+
+from slipstick.report.markup import definitions, paragraph, section
+from slipstick.report.words import duration
+
+from ..build_schemas import Build
+from ..front.elements import Link, moment
+from ..front.jobs import Active, Listed, answer_of, describe_progress, describe_subject, page_of
+from ..job_kind import JobKind
+from ..job_store import JobStore
+from ..study_schemas import FindingLaw
+from .forms import WITHOUT_SCRIPT, Form, folded
+
+_NO_WORKER = paragraph("No worker is alive. The job waits until one is started: slipstick work", "doing")
+_TEXTS = {"report": "Report", "result": "Result as JSON", "residuals": "Residuals as CSV",
+          "model": "Extended model as JSON", "pictures": "Pictures"}
+_FORMATS = {"json": "JSON", "csv": "CSV", "mat": "MATLAB", "mo": "Modelica", "h": "C"}
+Compared = Literal["study", "fit", "calibration"]
+"""The kinds of jobs that are compared."""
+SCRIPTS = ('<script src="/static/front/act.js" type="module"></script>'
+            '<script src="/static/front/live.js" type="module"></script>')
+
+
+def job_page(kind: JobKind[Listed, Active], store: JobStore, job: Active, workers: int,
+             others: Sequence[Listed], laws: Sequence[FindingLaw], orders: Mapping[str, Form]) -> str:
+    """Return the content of the page of a job, which can be compared with `others` of its kind.
+
+    `laws` are those that a study has measured, and `orders` the jobs that its result can be given to.
+    """
+    ended = job.status in ("done", "failed", "cancelled")
+    state = f'<div id="state">{job_state(store, job, workers)}</div>' if ended else \
+        f'<div id="live" data-events="/{kind.plural}/{job.id}/live">{job_state(store, job, workers)}</div>'
+    address = job.links["self"]
+    cancel = "" if ended else Form(
+        "cancel", f"{address}/cancel", f"Cancel the {kind.name}", method="POST", body="none", then="",
+        about="It stops within a second, and what it has computed is lost.").html()
+    gone = "its result, report and pictures" if job.status == "done" else "what it was asked"
+    delete = folded(f"Delete the {kind.name}", paragraph(
+        f"The {kind.name} “{job.id}” is removed for everybody with {gone}, and cannot be restored. Recordings and "
+        "tables stay."), Form("delete", address, f"Delete {job.id}", method="DELETE", body="none", then="/",
+                              is_dangerous=True).html()) if ended else ""
+    return "\n".join([
+        paragraph(kind.name.capitalize(), "over"), f"<h1>{escape(describe_subject(job))}</h1>", state,
+        section("Results", _downloads(kind, job, laws)) if job.status == "done" else "",
+        section("What to do", WITHOUT_SCRIPT, *(folded(title, form.html()) for title, form in orders.items()),
+                _comparison(kind, job, others), cancel, delete),
+        section("Origin", _origin(job))])
+
+
+def job_state(store: JobStore, job: Active, workers: int) -> str:
+    """Return what a job is doing, or has found, as HTML."""
+    mark = f'<p><span class="mark {job.status}">{job.status}</span></p>'
+    if job.status == "done":
+        return mark + paragraph(answer_of(store, job.id, str(job.ended)), "lead")
+    if job.status in ("failed", "cancelled"):
+        return mark + (paragraph(job.problem, "lead") if job.problem else "")
+    return mark + describe_progress(job) + ("" if workers else _NO_WORKER)
+
+
+def _downloads(kind: JobKind[Listed, Active], job: Active, laws: Sequence[FindingLaw]) -> str:
+    addresses = {**job.links, "pictures": f"/{kind.plural}/{job.id}/pictures"}
+    if "residuals" in addresses:
+        addresses["residuals"] += "?format=csv"
+    links = [Link("Table", f"/tables/{job.name}")] if isinstance(job, Build) else []
+    links += [Link(text, addresses[name]) for name, text in _TEXTS.items() if name in job.links]
+    items = [link.html() for link in links]
+    items += [f"Law of “{escape(law.title)}” as " + " · ".join(
+        Link(_FORMATS.get(form, form), address).html() for form, address in law.links.items()) for law in laws]
+    return "<ul>" + "".join(f"<li>{item}</li>" for item in items) + "</ul>"
+
+
+def _comparison(kind: JobKind[Listed, Active], job: Active, others: Sequence[Listed]) -> str:
+    if job.status != "done" or not others or kind.name not in get_args(Compared):
+        return ""
+    return folded(f"Compare it with another {kind.name}", comparison_form(kind, others, job.id))
+
+
+def comparison_form(kind: JobKind[Listed, Active], jobs: Sequence[Listed], first: str, second: str = "") -> str:
+    """Return a form that chooses two jobs of a kind; it works without a script. A `first` one alone is not asked."""
+    def choice(name: str, label: str, chosen: str) -> str:
+        options = "".join(
+            f'<option value="{escape(job.id)}"{" selected" * (job.id == chosen)}>{escape(_label(job))}</option>'
+            for job in jobs)
+        return (f'<div class="field"><label for="compare-{name}">{label}</label><select id="compare-{name}" '
+                f'name="{name}">{options}</select></div>')
+
+    fixed = f'<input type="hidden" name="first" value="{escape(first)}">' if first and not second else \
+        choice("first", "First", first)
+    return (f'<form class="act" action="/compare" method="get"><input type="hidden" name="kind" value="{kind.name}">'
+            f'<div class="fields">{fixed}{choice("second", "Second" if second else "With", second)}</div>'
+            '<p class="send"><button>Compare</button></p></form>')
+
+
+def _label(job: Listed) -> str:
+    return f"{job.id[:36]}, {describe_subject(job)}, {moment(job.ended)}"
+
+
+def _origin(job: Active) -> str:
+    links = []
+    for name, folder in (("recordings", "recordings"), ("table", "tables"), ("bench", "benches")):
+        if value := getattr(job, name, None):
+            links.append((name, f"/{folder}/{value}", value))
+    files = '<p class="links">' + " · ".join(f"{kind} {Link(text, href).html()}" for kind, href, text in links) + "</p>"
+    times = [("submitted", moment(job.submitted)), ("started", moment(job.started)), ("ended", moment(job.ended))]
+    budget = "none" if job.time_budget is None else duration(job.time_budget)
+    return files + definitions([("id", job.id), *((name, time) for name, time in times if time),
+                                ("time limit", budget)]) + \
+        f'<p class="links">{Link("Everything as JSON", job.links["self"]).html()}</p>'
+
+
+
+def pictures_page(kind: JobKind[Listed, Active], job: Listed, figures: Mapping[str, tuple[str, str, str]]) -> str:
+    """Return the content of the page of the pictures of a job: by name, the title, the caption and the SVG element."""
+    drawn = []
+    for name, (title, caption, element) in figures.items():
+        address = f"{job.links['pictures']}/{name}?format="
+        links = " · ".join(Link(text, address + form).html() for text, form in (
+            ("PNG", "png"), ("SVG", "svg"), ("Vega-Lite with its data", "json")))
+        drawn.append(f'<figure id="{name}"><h3>{escape(title)}</h3><div class="picture" tabindex="0">{element}</div>'
+                     f'<figcaption>{escape(caption)}</figcaption><p class="links">{links}</p></figure>')
+    return "\n".join([paragraph(kind.name.capitalize(), "over"), f"<h1>Pictures: {escape(describe_subject(job))}</h1>",
+                      f'<p class="links">{Link(job.id, page_of(job)).html()}</p>', *drawn])

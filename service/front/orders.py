@@ -1,0 +1,170 @@
+"""The forms that submit jobs: one function for each kind, with defaults that suit most recordings."""
+
+from collections.abc import Sequence
+
+from slipstick.bench import parameters
+from slipstick.black_box import BlackBoxDescription, Measurements
+from slipstick.engine.settings import EngineSettings
+from slipstick.errors import SlipstickError
+from slipstick.interface.build import PAPER_AXES
+from slipstick.machine import Runs
+from slipstick.pictures.theme import in_words
+from slipstick.recordings import Recordings
+from slipstick.storage.library import Library
+from slipstick.studies import StudySettings
+from slipstick.table import Table
+
+from ..fit_schemas import FitSettingsBody
+from .forms import KEY_PATTERN, NAME_PATTERN, NAME_RULE, Field, Form, expert_fields
+
+_BUDGETS = [("", "a day"), ("60", "1 minute"), ("600", "10 minutes"), ("3600", "1 hour"), ("14400", "4 hours")]
+_BUDGET = Field("time_budget", "Time limit", "when it ends, what there is by then becomes the result", "choice",
+                choices=_BUDGETS, is_json=True)
+_NAME = Field("Idempotency-Key", "Name", "becomes its id and part of its address; empty for a random one",
+              place="header", pattern=KEY_PATTERN,
+              rule="Up to 64 letters, digits, '.', '-' and '_', starting with a letter or digit")
+
+
+def recordings_orders(library: Library, name: str, recordings: Recordings | Measurements | Runs) -> dict[str, Form]:
+    """Return the jobs that recordings can be given to: what each does, and its form."""
+    if isinstance(recordings, Runs):
+        return {"Study these runs": machine_study_form(name, recordings.machine),
+                "Calibrate the machine to these runs": calibration_form(name, None),
+                "Build a table of the machine": build_form(machine=recordings.machine)}
+    tables = [(entry, table) for entry, table in _valid_tables(library) if _fits(table, recordings)]
+    orders = {"Study these recordings": study_form(name, library.benches()),
+              "Calibrate a bench to these recordings": calibration_form(name, library.benches())} \
+        if isinstance(recordings, Recordings) else {}
+    if tables:
+        axes = dict.fromkeys(axis.name for _, table in tables for axis in table.axes)
+        orders["Fit the inputs of a table to these recordings"] = fit_form(
+            [entry for entry, _ in tables], [name], list(axes))
+    return orders
+
+
+def table_orders(library: Library, name: str, table: Table) -> dict[str, Form]:
+    """Return the jobs that a table can be given to: what each does, and its form."""
+    names = [entry for entry in library.recordings() if _fits(table, _recorded(library, entry))]
+    return {"Fit the inputs of this table to recordings": fit_form(
+        [name], names, [axis.name for axis in table.axes])} if names else {}
+
+
+def machine_tables(library: Library) -> list[str]:
+    """Return the names of the tables of other machines, for which measurements can be added."""
+    return [name for name, table in _valid_tables(library) if isinstance(table.model, BlackBoxDescription)]
+
+
+def calibration_form(recordings: str, benches: Sequence[str] | None) -> Form:
+    """The form of a calibration to recordings of a bench, or to runs of a declared machine (`benches` is None)."""
+    worker = "" if benches is not None else \
+        " It needs a worker with the file of the machine: slipstick work --machine FILE.py"
+    return Form("calibration", "/v1/calibrations", "Start the calibration", [
+        Field("recordings", "", kind="hidden", value=recordings),
+        *([] if benches is None else [_bench_field(benches)]), _BUDGET, _NAME],
+        about="A calibration estimates the uncertain parameters and their scatter from run to run, with intervals. It "
+              f"assumes that the model lacks nothing.{worker}")
+
+
+def bench_orders(library: Library, name: str) -> dict[str, Form]:
+    """Return the jobs that a bench can be given to: what each does, and its form."""
+    recordings = [entry for entry in library.recordings() if isinstance(_recorded(library, entry), Recordings)]
+    return {"Build a table of this bench": build_form(bench=name, recordings=recordings)}
+
+
+def build_form(bench: str = "", machine: str = "", model: str = "", recordings: Sequence[str] = ()) -> Form:
+    """The form of a build of a table of a bench, of a machine, or of a `model` as JSON.
+
+    `recordings` are those whose conditions can be simulated instead of those of the bench.
+    """
+    given = [Field(name, "", kind="hidden", value=value, is_json=name == "model") for name, value in (
+        ("bench", bench), ("machine", machine), ("model", model)) if value]
+    conditions = [Field("recordings", "Conditions", "under which engagements are simulated", "choice", choices=[
+        ("", "those of the bench"), *((name, f"those of {name}") for name in recordings)])] if recordings else []
+    axes = [] if machine else [_axis(name) for name in PAPER_AXES]
+    further = [] if machine else [_axis(name) for name in parameters.NAMES if name not in PAPER_AXES]
+    accuracy = [] if machine else [Field("accuracy", "Accuracy", "of the time integration", "choice", choices=[
+        ("", "within 0.1 ms"), ("tight", "tight, and slower")])]
+    worker = "" if not machine else \
+        f" It needs a worker with the file of the machine “{machine}”: slipstick work --machine FILE.py"
+    return Form("build", "/v1/builds", "Start the build", [
+        *given, Field("name", "Name of the table", "under which pages and programs find it", required=True,
+                      pattern=NAME_PATTERN, rule=NAME_RULE), *axes, *conditions, _BUDGET], [*accuracy, *further],
+        about=f"A table holds simulated times on a grid of parameters, which fits then interpolate.{worker}")
+
+
+def _axis(name: str) -> Field:
+    lower, upper, count = PAPER_AXES.get(name, (0.0, 0.0, 0))
+    return Field(f"axes.{name}", in_words(name).capitalize(),
+                 "lowest and highest multiple of its value in the model, and number of points" if count else
+                 "a further axis, such as 0.8 1.2 9", "numbers",
+                 value=f"{lower:g} {upper:g} {count:g}" if count else "")
+
+
+def _bench_field(benches: Sequence[str]) -> Field:
+    choices = [("", "found by its current profiles"), *((bench, bench) for bench in benches)]
+    return Field("bench", "Bench", "whose parameters, sensors and profiles the model has", "choice", choices=choices)
+
+
+def study_form(recordings: str, benches: Sequence[str]) -> Form:
+    """The form of a study of recordings of a bench."""
+    return Form("study", "/v1/studies", "Start the study", [
+        Field("recordings", "", kind="hidden", value=recordings),
+        _bench_field(benches), _BUDGET, _NAME], expert_fields(StudySettings, "settings"),
+        about="A study tests every quantity of the model for a dependence that the model lacks, names the best "
+              "explanation, and says how sure it is. It takes seconds to minutes.")
+
+
+def machine_study_form(recordings: str, machine: str) -> Form:
+    """The form of a study of runs of a declared machine."""
+    return Form("study", "/v1/studies", "Start the study", [
+        Field("recordings", "", kind="hidden", value=recordings), _BUDGET, _NAME],
+        expert_fields(EngineSettings, "engine"),
+        about=f"A study tests every quantity of the machine for a dependence that its model lacks. It needs a worker "
+              f"with the file of the machine “{machine}”: slipstick work --machine FILE.py")
+
+
+def fit_form(tables: Sequence[str], recordings: Sequence[str], parameters: Sequence[str]) -> Form:
+    """The form of a fit of some `parameters` of one of the tables to one of the recordings."""
+    return Form("fit", "/v1/fits", "Start the fit", [
+        _choice("table", "Table", "the simulated times that the fit interpolates", tables),
+        _choice("recordings", "Recordings", "the measurements that it describes", recordings),
+        Field("parameters", "Inputs", "what scatters from run to run; none marked: every axis of the table", "choices",
+              choices=[(name, in_words(name)) for name in parameters]),
+        _BUDGET, _NAME], [
+        Field("simulate", "Simulate instead of interpolating", "slower, without the error of the table", "choice",
+              choices=[("", "no"), ("true", "yes")], is_json=True),
+        Field("outside", "Outside the table", "the value beyond its edges", "choice",
+              choices=[("", "that of the edge"), ("nan", "missing"), ("error", "refused")]),
+        *expert_fields(FitSettingsBody, "settings")],
+        about="A fit finds the means and standard deviations of uncertain inputs under which the recordings are most "
+              "likely. It takes about a minute.")
+
+
+def _choice(name: str, label: str, about: str, values: Sequence[str]) -> Field:
+    if len(values) == 1:
+        return Field(name, "", kind="hidden", value=values[0])
+    return Field(name, label, about, "choice", value=values[-1], choices=[(value, value) for value in values])
+
+
+def _valid_tables(library: Library) -> list[tuple[str, Table]]:
+    tables = []
+    for name in library.tables():
+        try:
+            tables.append((name, library.table(name)))
+        except SlipstickError:  # the page of the files says why
+            continue
+    return tables
+
+
+def _recorded(library: Library, name: str) -> Recordings | Measurements | Runs | None:
+    try:
+        return library.recorded(name)
+    except SlipstickError:
+        return None
+
+
+def _fits(table: Table, recordings: Recordings | Measurements | Runs | None) -> bool:
+    """Whether recordings are of what a table holds: shifting times, or the output of another machine."""
+    if isinstance(recordings, Measurements):
+        return isinstance(table.model, BlackBoxDescription) and table.output.name == recordings.output.name
+    return isinstance(recordings, Recordings) and not isinstance(table.model, BlackBoxDescription)
