@@ -72,7 +72,7 @@ def fit_pictures(id: FitId, store: FitStore, drawings: DrawingsDependency) -> Pi
     """Return the available pictures of a finished fit, with titles and captions."""
     fit = finished_job(store, id, output=False)
     titles = drawings.made("titles", lambda: _read_job(store, id), "fit", version_of(fit))
-    return picture_list(titles, CAPTIONS, f"{store.address}/{id}/pictures")
+    return picture_list(titles, f"{store.address}/{id}/pictures")
 
 
 @router.get("/pictures/{name}", summary="Get a picture of a fit", response_model=None,

@@ -5,15 +5,14 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import HTMLResponse
 
-from slipstick.pictures.machine_study import CAPTIONS as MACHINE_CAPTIONS
-from slipstick.pictures.study import CAPTIONS
+from slipstick.pictures.study import NAMES
 
 from ..bodies import JsonRoute
 from ..computations import computes
 from ..drawings import DrawingsDependency
 from ..error_responses import error_responses
 from ..job_store import JobStore
-from ..jobs import finished_job, is_of_machine, output_of, version_of
+from ..jobs import finished_job, output_of, version_of
 from ..pictures import (
     HTML_RESPONSE,
     PICTURE_RESPONSE,
@@ -30,7 +29,7 @@ from ..routes.study_fits import StudyFits
 
 router = APIRouter(prefix="/v1/studies/{id}", tags=["studies"], route_class=JsonRoute)
 
-PictureName = Annotated[str, picture_name_path(CAPTIONS, "gap", "Held-out error without and with the findings")]
+PictureName = Annotated[str, picture_name_path(NAMES, "gap", "Held-out error without and with the findings")]
 
 
 @router.get("/report", summary="Get the report of a study", response_class=HTMLResponse, response_model=None,
@@ -59,8 +58,7 @@ def study_pictures(id: StudyId, store: StudyStore, fits: StudyFits, drawings: Dr
     """
     query = "" if fits is None else f"?before={fits['before']['id']}&after={fits['after']['id']}"
     titles = drawings.made("titles", lambda: _read_job(store, id, fits), *_version(store, id, fits))
-    captions = MACHINE_CAPTIONS if is_of_machine(finished_job(store, id, output=False)) else CAPTIONS
-    return picture_list(titles, captions, f"{store.address}/{id}/pictures", query)
+    return picture_list(titles, f"{store.address}/{id}/pictures", query)
 
 
 @router.get("/pictures/{name}", summary="Get a picture of a study", response_model=None,

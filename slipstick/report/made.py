@@ -12,9 +12,7 @@ from typing import Any
 
 from slipstick.errors import UnknownName
 from slipstick.pictures import CAPTIONS, Spec, pictures, propagation, theme
-from slipstick.pictures.machine_study import CAPTIONS as MACHINE_CAPTIONS
 from slipstick.pictures.rendering import render
-from slipstick.pictures.study import CAPTIONS as STUDY_CAPTIONS
 from slipstick.report.machine_study import machine_study_page, machine_study_specs
 from slipstick.report.page import page as fit_page
 from slipstick.report.propagation import propagation_page
@@ -47,8 +45,9 @@ def page(request: bytes) -> bytes:
 
 
 def titles(request: bytes) -> bytes:
-    """A JSON object: the name of each picture, in the order of the report, and its title."""
-    return json.dumps({name: spec["title"]["text"] for name, spec in _specs(json.loads(request)).items()}).encode()
+    """A JSON object: the name of each picture, in the order of the report, with its title and its caption."""
+    specs = _specs(json.loads(request))
+    return json.dumps({name: [spec["title"]["text"], _caption(name, spec)] for name, spec in specs.items()}).encode()
 
 
 def picture(request: bytes) -> bytes:
@@ -60,9 +59,12 @@ def picture(request: bytes) -> bytes:
         raise UnknownName.of("picture", name, _specs(given))
     if form == "json":
         return json.dumps(specs[name], ensure_ascii=False, separators=(",", ":")).encode()
-    captions = {"fit": CAPTIONS, "study": MACHINE_CAPTIONS if _is_of_machine(given) else STUDY_CAPTIONS}.get(
-        given["kind"], {PROPAGATION: propagation.CAPTION})
-    return render(specs[name], form, captions[name])
+    return render(specs[name], form, _caption(name, specs[name]))
+
+
+def _caption(name: str, spec: Spec) -> str:
+    """The caption of a picture: that of what is drawn, or else of all pictures of this name."""
+    return str(spec.get("description", {**CAPTIONS, PROPAGATION: propagation.CAPTION}.get(name)))
 
 
 def _is_of_machine(given: Mapping[str, Any]) -> bool:
