@@ -36,6 +36,8 @@ def advise(result: StudyResult, figures: Figures, settings: StudySettings, cauti
         parts.append(Items(_advise_without(result)))
     entries: Entries = []
     if result.gap is not None:
+        entries.append(("Take over as well:", "the other parameters of the extended model, in the table of “The fitted "
+                        "simulation of the whole bench”: they were fitted beside the findings."))
         entries.append(("What it is worth:", lead(result, settings)))
     seen = [text for finding in result.findings if finding.law is not None
             if (text := describe_seen(finding, finding.law))]
