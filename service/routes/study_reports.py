@@ -39,10 +39,11 @@ def study_report(id: StudyId, store: StudyStore, fits: StudyFits, client: Revali
                  drawings: DrawingsDependency) -> HTMLResponse:
     """Return the report of a finished study as a single HTML page that needs no network access.
 
-    The report contains what is missing and the evidence for it, the result of each block of the model, the gap between
-    model and recordings before and after with a control, the pictures, and the limitations of a study. With `before`
-    and `after` it also compares two fits, on tables of the models without and with what was found: likelihood, scatter
-    of the inputs, and output noise.
+    The report begins with what to do: what to add to the model with its numbers, where that holds, files of the laws
+    and of the extended model, and the next experiment. Then come the evidence, the result of each block, the gap
+    between model and recordings before and after with a control, and the limitations. It also compares two fits, on tables of
+    the models without and with what was found (`before` and `after`, or the newest ones): likelihood, scatter of the
+    inputs, and output noise.
     """
     version = _version(store, id, fits)
     client.require_change(*version)
@@ -54,7 +55,7 @@ def study_report(id: StudyId, store: StudyStore, fits: StudyFits, client: Revali
 def study_pictures(id: StudyId, store: StudyStore, fits: StudyFits, drawings: DrawingsDependency) -> PictureList:
     """Return the available pictures of a finished study, with titles and captions.
 
-    The picture `surfaces` is available only if `before` and `after` are given.
+    The picture `surfaces` is available only if there are fits to compare, `before` and `after`.
     """
     query = "" if fits is None else f"?before={fits['before']['id']}&after={fits['after']['id']}"
     titles = drawings.made("titles", lambda: _read_job(store, id, fits), *_version(store, id, fits))

@@ -85,8 +85,8 @@ def advise(result: MachineStudyResult) -> Section:
         parts += _advise_finding(finding, f"{place}. " * several)
     entries: Entries = [] if result.findings else [_advise_without(result)]
     if any(finding.confirmed is not False for finding in result.findings):
-        entries.append(("Take over as well:", "the parameters that the recordings determine, in the table “Parameters”: "
-                        "they were fitted beside the findings."))
+        entries.append(("Take over as well:", "the parameters that the recordings determine, in the table "
+                        "“Parameters”: they were fitted beside the findings."))
     if result.gap is not None:
         entries.append(("What it is worth:", lead(result)))
     entries += [("Next experiment:", text) for text in _list_next(result)]
@@ -108,7 +108,8 @@ def _advise_finding(finding: MachineFinding, prefix: str) -> list[Part]:
     parts: list[Part] = [Items(entries)]
     if finding.coefficients:
         head, rows = coefficient_table(finding)
-        parts.append(Table(("set", "to", head[-1], "instead of"), [(*row, "not in the model") for row in rows], words=(3,)))
+        parts.append(Table(("set", "to", head[-1], "instead of"), [(*row, "not in the model") for row in rows],
+                           words=(3,)))
     if law is not None and law.x is not None:
         parts += attach_laws([("The measured law as a file:", law_table(finding))])
     return parts

@@ -122,10 +122,10 @@ def settings_of(settings: Mapping[str, Any], axes: Sequence[str], unit: str = "s
     if settings.get("method") == "classic":
         parts.append(f"classic search on a grid of {settings.get('grid', '?')} values for each unknown")
     elif "method" in settings:
-        known = {name: f"{settings.get(name, '?')}" for name in ("generations", "population", "patience", "tolerance")}
-        parts.append("genetic search of at most {generations} generations with {population} candidates, which ends "
-                     "when {patience} of them gain no more than {tolerance} decades (factors of ten) of likelihood".format(
-                         **known))
+        most, candidates, waits, least = (
+            settings.get(name, "?") for name in ("generations", "population", "patience", "tolerance"))
+        parts.append(f"genetic search of at most {most} generations with {candidates} candidates, which ends when "
+                     f"{waits} of them gain no more than {least} decades (factors of ten) of likelihood")
     if "refine" in settings:
         parts.append("the best candidate refined on the exact likelihood" if settings["refine"] else "no refinement")
     if "intervals" in settings:
