@@ -1,7 +1,7 @@
 """Pictures of jobs as responses: a list of them, and each one as Vega-Lite, SVG or PNG."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Literal, TypeVar
 
 import orjson
@@ -42,17 +42,19 @@ class PictureList(BaseModel):
     pictures: list[PictureEntry] = Field(description="The pictures, in the order of the report.")
 
 
-def picture_name_path(captions: Mapping[str, str], example: str, summary: str) -> Any:
-    """Path parameter for the name of a picture; `captions` has the possible names as keys."""
-    return Path(alias="name", description=f"Name of the picture: {', '.join(captions)}.",
+def picture_name_path(names: Iterable[str], example: str, summary: str) -> Any:
+    """Path parameter for the name of a picture, one of `names`."""
+    return Path(alias="name", description=f"Name of the picture: {', '.join(names)}.",
                 openapi_examples={example: {"summary": summary, "value": example}})
 
 
-def picture_list(titles: bytes, captions: Mapping[str, str], address: str, query: str = "") -> PictureList:
-    """List the pictures of these `titles`, a JSON object, each with the address `address`/name followed by `query`."""
-    return PictureList(pictures=[
-        PictureEntry(name=name, title=title, caption=captions[name], href=f"{address}/{name}{query}")
-        for name, title in orjson.loads(titles).items()])
+def picture_list(titles: bytes, address: str, query: str = "") -> PictureList:
+    """List the pictures of these `titles`, a JSON object of titles and captions by name.
+
+    Each has the address `address`/name followed by `query`.
+    """
+    return PictureList(pictures=[PictureEntry(name=name, title=title, caption=caption, href=f"{address}/{name}{query}")
+                                 for name, (title, caption) in orjson.loads(titles).items()])
 
 
 def form(request: Request, format: Format | None) -> Format:

@@ -114,8 +114,8 @@ MAY_IMPORT = {
     "slipstick.report.machine_study": "slipstick.machine_studies slipstick.pictures slipstick.report "
                                       "slipstick.studies.record",
     "slipstick.report.made": "slipstick.errors slipstick.pictures slipstick.report",
-    "slipstick.report.study": "numpy slipstick.bench.parameters slipstick.clutch.effects slipstick.pictures "
-                              "slipstick.recordings slipstick.report slipstick.studies",
+    "slipstick.report.study": "numpy scipy slipstick.bench.parameters slipstick.clutch.effects slipstick.law_files "
+                              "slipstick.pictures slipstick.recordings slipstick.report slipstick.studies",
     "slipstick.interface": "numpy numba slipstick",
     "service": "numpy fastapi starlette uvicorn h11 pydantic pydantic_settings orjson prometheus_client sqlalchemy "
                "dbos slipstick",

@@ -28,7 +28,8 @@ def test_the_gap_is_that_of_the_study() -> None:
 
 
 def test_the_law_and_its_confidence_are_those_of_the_finding() -> None:
-    law, = numbers(r"The (friction coefficient falls by [\d.]+ % of the model's value as the slip of the plates grows)")
+    law, = numbers(r"The (friction coefficient falls by [\d.]+ % as the slip of the plates grows from [\d.]+ to "
+                   r"\d+ rad/s)")
     confidence, right, total = numbers(r"confidence ([\d.]+): (\d+) of (\d+) were right")
     assert law in TEXT
     assert f"a confidence of {confidence}: of {total} findings" in TEXT

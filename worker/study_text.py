@@ -7,7 +7,9 @@ from slipstick.machine_studies import MachineStudyResult
 from slipstick.report import machine_study
 from slipstick.report.shell import SIGN
 from slipstick.report.study import content, parts
-from slipstick.report.study.simulation import lead
+from slipstick.report.study.glossary import explain
+from slipstick.report.study.simulation import lead, tell_confidence
+from slipstick.report.study.todo import advise
 from slipstick.report.study.warnings import warnings
 from slipstick.studies.figures import Figures
 from slipstick.studies.result import StudyResult
@@ -17,15 +19,19 @@ _WIDTH = 110
 
 
 def study_text(result: StudyResult, figures: Figures, settings: StudySettings) -> str:
-    """Warnings, the answer, what it means, the findings with their evidence, the blocks, the gap and limitations."""
-    sections = [*content.evidence(result, settings, ()), *content.background(result, figures)]
-    return _join(warnings(result, figures.aside), [f"{result.sentence}.", SIGN, lead(result, settings)], sections)
+    """Warnings, the answer, what to do, the findings with their evidence, the blocks, the gap and limitations."""
+    cautions = warnings(result, figures.aside)
+    sections = [advise(result, figures, settings, cautions), *content.evidence(result, settings, ()),
+                *content.background(result, figures, settings)]
+    first = [f"{result.sentence}.", tell_confidence(result) or lead(result, settings), SIGN]
+    return _join(cautions, first, [*sections, explain(sections)])
 
 
 def machine_study_text(result: MachineStudyResult) -> str:
     """The same of a declared machine."""
-    return _join(machine_study.warnings(result), [f"{result.sentence}.", machine_study.lead(result)],
-                 machine_study.sections(result, ()))
+    sections = [machine_study.advise(result), *machine_study.sections(result, ())]
+    return _join(machine_study.warnings(result), [f"{result.sentence}.", machine_study.tell_evidence(result)],
+                 [*sections, explain(sections)])
 
 
 def _join(warned: parts.Entries, paragraphs: Sequence[str], sections: Sequence[parts.Section]) -> str:
@@ -48,7 +54,7 @@ def _part(part: parts.Part) -> str:
             return _listing(entries)
         case parts.Table(head, rows, words):
             return plain_table(head, rows, words)
-        case parts.Picture():
+        case parts.Picture() | parts.Files():
             return ""
 
 

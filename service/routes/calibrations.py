@@ -46,7 +46,7 @@ _TEXTS = DrawingTexts(
     report="The report contains the parameters with intervals and scatter, the noise of the sensors with what is left "
            "beyond it, the correlation of the estimates, and the provenance.",
     pictures=" A declared machine has none, because its parameters have different units.",
-    captions=CAPTIONS, example=("parameters", "The parameters with their intervals"))
+    names=CAPTIONS, example=("parameters", "The parameters with their intervals"))
 
 
 @router.post("", summary="Submit a calibration", status_code=202,
@@ -110,7 +110,7 @@ def drawn_calibration(id: CalibrationId, store: CalibrationStore) -> Drawn:
         return {"kind": "calibration", "output": output_of(finished),
                 "job": CALIBRATIONS.without_progress(store, finished).model_dump(mode="json")}
 
-    return Drawn((version_of(finished_job(store, id, output=False)),), request, f"{store.address}/{id}", CAPTIONS)
+    return Drawn((version_of(finished_job(store, id, output=False)),), request, f"{store.address}/{id}")
 
 
 add_job_routes(router, CALIBRATIONS)

@@ -1,6 +1,6 @@
 """What the jobs of every kind that is drawn have: a report, a list of pictures, and each picture."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -29,22 +29,21 @@ from ..revalidation import NOT_MODIFIED, RevalidationDependency
 class Drawn:
     """What is drawn of a finished job: the `request` to slipstick.report.made, and what identifies it, its `version`.
 
-    `captions` are those of the pictures, whose addresses begin with `address` and end with `query`.
+    The addresses of pictures begin with `address` and end with `query`.
     """
 
     version: tuple[str, ...]
     request: Callable[[], Mapping[str, Any]]
     address: str
-    captions: Mapping[str, str]
     query: str = ""
 
 
 @dataclass(frozen=True)
 class DrawingTexts:
-    """What the documentation says about report and pictures; `example` is the name of a picture, and its content."""
+    """What the documentation says about report and pictures, of these `names`; `example` is one, and its content."""
 
     report: str
-    captions: Mapping[str, str]
+    names: Iterable[str]
     example: tuple[str, str]
     pictures: str = ""
 
@@ -53,7 +52,7 @@ def add_drawing_routes(router: APIRouter, kind: JobKind[Job, Job], texts: Drawin
                        drawn_pictures: Callable[..., Drawn], drawn_page: Callable[..., Drawn] | None = None) -> None:
     """Add the routes. The dependencies give what is drawn: `drawn_page` for the report, by default as for pictures."""
     name, errors = kind.name, error_responses(404, 409, 503)
-    picture_path = picture_name_path(texts.captions, *texts.example)
+    picture_path = picture_name_path(texts.names, *texts.example)
 
     @router.get("/report", name=f"{name}_report", summary=f"Get the report of a {name}", response_class=HTMLResponse,
                 response_model=None, responses=errors | HTML_RESPONSE | NOT_MODIFIED,
@@ -72,7 +71,7 @@ def add_drawing_routes(router: APIRouter, kind: JobKind[Job, Job], texts: Drawin
     @computes
     def list_pictures(drawn: Annotated[Drawn, Depends(drawn_pictures)], drawings: DrawingsDependency) -> PictureList:
         titles = drawings.made("titles", drawn.request, name, *drawn.version)
-        return picture_list(titles, drawn.captions, f"{drawn.address}/pictures", drawn.query)
+        return picture_list(titles, f"{drawn.address}/pictures", drawn.query)
 
     @router.get("/pictures/{name}", name=f"{name}_picture", summary=f"Get a picture of a {name}", response_model=None,
                 responses=errors | PICTURE_RESPONSE | NOT_MODIFIED,

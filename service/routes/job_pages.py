@@ -79,8 +79,8 @@ def _add_pages(kind: JobKind[Listed, Active]) -> None:
         store = stores[kind.name]
         job = kind.without_progress(store, store.find(id))
         drawn = _DRAWN[kind.name](id, store)
-        figures = {name: (title, drawn.captions[name], _element(drawings, kind, drawn, name, name))
-                   for name, title in _titles(drawings, kind, drawn).items()}
+        figures = {name: (title, caption, _element(drawings, kind, drawn, name, name))
+                   for name, (title, caption) in _titles(drawings, kind, drawn).items()}
         return HTMLResponse(document(f"Pictures of {id}", pictures_page(kind, job, figures)))
 
 
@@ -140,14 +140,15 @@ def _pairs(drawings: Drawings, kind: JobKind[Listed, Active], store: JobStore, i
     """The pictures that both jobs have."""
     drawn = [_DRAWN[kind.name](id, store) for id in ids]
     titles = [_titles(drawings, kind, each) for each in drawn]
-    return [Pair(name, drawn[0].captions[name], (title, titles[1][name]), (
+    return [Pair(name, caption, (title, titles[1][name][0]), (
         _element(drawings, kind, drawn[0], name, f"first-{name}"),
         _element(drawings, kind, drawn[1], name, f"second-{name}")))
-        for name, title in titles[0].items() if name in titles[1]]
+        for name, (title, caption) in titles[0].items() if name in titles[1]]
 
 
-def _titles(drawings: Drawings, kind: JobKind[Listed, Active], drawn: Drawn) -> dict[str, str]:
-    titles: dict[str, str] = orjson.loads(drawings.made("titles", drawn.request, kind.name, *drawn.version))
+def _titles(drawings: Drawings, kind: JobKind[Listed, Active], drawn: Drawn) -> dict[str, tuple[str, str]]:
+    """The title and the caption of each picture, by its name."""
+    titles: dict[str, tuple[str, str]] = orjson.loads(drawings.made("titles", drawn.request, kind.name, *drawn.version))
     return titles
 
 

@@ -31,14 +31,14 @@ OtherFitQuery = Annotated[str | None, Query(
 _TEXTS = DrawingTexts(
     report="The report contains the fitted distributions, the pictures, the computational cost in comparison with "
            "Table II of the paper, the provenance of the result, and its limitations.",
-    captions=CAPTIONS, example=("comparison", "Measured against simulated shifting times"))
+    names=CAPTIONS, example=("comparison", "Measured against simulated shifting times"))
 
 
 def drawn_fit(id: FitId, store: FitStore) -> Drawn:
     """What is drawn of a fit."""
     version = version_of(finished_job(store, id, output=False))
     return Drawn((version,), lambda: {"kind": "fit", "output": output_of(finished_job(store, id))},
-                 f"{store.address}/{id}", CAPTIONS)
+                 f"{store.address}/{id}")
 
 
 def _drawn_page(id: FitId, store: FitStore, library: LibraryDependency, beside: OtherFitQuery = None) -> Drawn:

@@ -4,11 +4,10 @@ from typing import Any
 
 from fastapi import APIRouter
 
-from slipstick.pictures.machine_study import CAPTIONS as MACHINE_CAPTIONS
-from slipstick.pictures.study import CAPTIONS
+from slipstick.pictures.study import NAMES
 
 from ..bodies import JsonRoute
-from ..jobs import finished_job, is_of_machine, output_of, version_of
+from ..jobs import finished_job, output_of, version_of
 from ..routes.drawing_routes import DrawingTexts, Drawn, add_drawing_routes
 from ..routes.studies import STUDIES, StudyId, StudyStore
 from ..routes.study_fits import StudyFits
@@ -16,12 +15,13 @@ from ..routes.study_fits import StudyFits
 router = APIRouter(prefix="/v1/studies/{id}", tags=["studies"], route_class=JsonRoute)
 
 _TEXTS = DrawingTexts(
-    report="The report contains what is missing and the evidence for it, the result of each block of the model, the "
-           "gap between model and recordings before and after with a control, the pictures, and the limitations of a "
-           "study. With `before` and `after` it also compares two fits, on tables of the models without and with what "
-           "was found: likelihood, scatter of the inputs, and output noise.",
-    pictures="\n\nThe picture `surfaces` is available only if `before` and `after` are given.",
-    captions=CAPTIONS, example=("gap", "Held-out error without and with the findings"))
+    report="The report begins with what to do: what to add to the model with its numbers, where that holds, files of "
+           "the laws and of the extended model, and the next experiment. Then come the evidence, the result of each "
+           "block, the gap between model and recordings before and after with a control, and the limitations. It also "
+           "compares two fits, on tables of the models without and with what was found (`before` and `after`, or the "
+           "newest ones): likelihood, scatter of the inputs, and output noise.",
+    pictures="\n\nThe picture `surfaces` is available only if there are fits to compare, `before` and `after`.",
+    names=NAMES, example=("gap", "Held-out error without and with the findings"))
 
 
 def drawn_study(id: StudyId, store: StudyStore, fits: StudyFits) -> Drawn:
@@ -35,7 +35,6 @@ def drawn_study(id: StudyId, store: StudyStore, fits: StudyFits) -> Drawn:
         return {"kind": "study", "job": job, "output": output_of(finished), "fits": fits}
 
     return Drawn((version_of(study), *compared), request, f"{store.address}/{id}",
-                 MACHINE_CAPTIONS if is_of_machine(study) else CAPTIONS,
                  "" if fits is None else f"?before={fits['before']['id']}&after={fits['after']['id']}")
 
 

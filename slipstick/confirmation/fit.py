@@ -6,15 +6,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from slipstick.confirmation.simulated import FINE, SimulatedBench
+from slipstick.confirmation.simulated import FINE, RANDOM, SimulatedBench
 from slipstick.confirmation.starts import About, search_start, shared_of
 from slipstick.confirmation.terms import Terms
 from slipstick.confirmation.traces import TIME, Traces
+from slipstick.engine.linear_model import REACH
 from slipstick.naming.curved import CurvedFit, fit_curved
 
 _ITERATIONS = 40
 _LEAST = 1e-6
 """Least mean squared residual of an engagement whose logarithm is taken."""
+_AT_BOUND, _UNDETERMINED = 0.01, 0.8
+"""Share of a bound within which a mean is at it, and standard error over what was known before, or over the most that a
+parameter scatters, beyond which recordings have told next to nothing."""
 _ROUNDING = 1e-6
 """Nats by which a fit may be below the one that is nested in it: rounding errors."""
 
@@ -65,22 +69,48 @@ class SimulationFit:
     @property
     def covariance(self) -> np.ndarray:
         """Covariance (p, p) of the coefficients: a sandwich estimator over engagements."""
-        gram, q = self.fitted.fitted.marginal, len(self.block.random)
-        bread, solution = self.fitted.fitted.covariance, self.fitted.fitted.coefficients
-        scores = gram[:, :-1, -1] - gram[:, :-1, :-1] @ solution
-        covariance = (bread @ (scores.T @ scores) @ bread)[q:, q:]
-        spans = np.array([unknown.span for unknown in self.block.terms.unknowns])
-        return np.asarray(covariance * np.outer(spans, spans))
+        q, spans = len(self.block.random), np.array([unknown.span for unknown in self.block.terms.unknowns])
+        return np.asarray(self._sandwich[q:, q:] * np.outer(spans, spans))
+
+    @property
+    def errors(self) -> dict[str, float]:
+        """Standard error of each mean, relative to nominal, by the same estimator."""
+        return self._named(np.sqrt(np.diag(self._sandwich)[:len(self.block.random)]))
+
+    @property
+    def at_bound(self) -> list[str]:
+        """Parameters and conditions whose mean is as far from nominal as the fit lets it."""
+        bounds = REACH * self.block.random_std
+        return [name for name, mean, bound in zip(self.block.random, self.fitted.mean, bounds, strict=True)
+                if abs(mean) > (1 - _AT_BOUND) * bound]
+
+    @property
+    def undetermined(self) -> list[str]:
+        """Parameters and conditions whose mean the engagements tell no better than was known before."""
+        q = len(self.block.random)
+        left = np.sqrt(np.diag(self.fitted.fitted.covariance)[:q])
+        return [name for name, error in zip(self.block.random, left, strict=True)
+                if error > _UNDETERMINED * min(RANDOM[name])]
+
+    @property
+    def _sandwich(self) -> np.ndarray:
+        """Covariance (q + p, q + p) of means and coefficients, the latter over their spans."""
+        gram, solution = self.fitted.fitted.marginal, self.fitted.fitted.coefficients
+        bread, scores = self.fitted.fitted.covariance, gram[:, :-1, -1] - gram[:, :-1, :-1] @ solution
+        return np.asarray(bread @ (scores.T @ scores) @ bread)
+
+    def _named(self, values: np.ndarray) -> dict[str, float]:
+        return dict(zip(self.block.random, values.tolist(), strict=True))
 
     @property
     def parameters(self) -> dict[str, float]:
         """Mean of each parameter and condition, relative to nominal."""
-        return dict(zip(self.block.random, self.fitted.mean.tolist(), strict=True))
+        return self._named(self.fitted.mean)
 
     @property
     def scatter(self) -> dict[str, float]:
         """Standard deviation of each parameter and condition between engagements, relative to nominal."""
-        return dict(zip(self.block.random, np.sqrt(self.fitted.variance).tolist(), strict=True))
+        return self._named(np.sqrt(self.fitted.variance))
 
 
 def fit_simulation(traces: Traces, terms: Terms, points: np.ndarray, shared: np.ndarray | None = None,

@@ -19,11 +19,11 @@ from slipstick.machine import Machine, Runs
 from slipstick.machine_studies import MachineFigures, MachineStudyResult, study_machine
 from slipstick.machine_studies.result import MachineFinding, MachineParameter
 from slipstick.machine_studies.study import Studied, calibrate_machine, end_early, law_table
-from slipstick.pictures.machine_study import CAPTIONS, machine_pictures
+from slipstick.pictures.machine_study import machine_pictures
 from slipstick.pictures.theme import Spec
 from slipstick.recordings import Recordings
 from slipstick.report.calibration import machine_calibration_summary
-from slipstick.report.machine_study import lead, machine_study_page
+from slipstick.report.machine_study import lead, machine_study_page, tell_evidence
 from slipstick.studies.export import has_table
 from slipstick.studies.record import from_dict
 from slipstick.time_budget import TimeBudgetEnded, clock_times, seconds_of, stage_times
@@ -62,11 +62,11 @@ class MachineStudy(Result):
 
     def summary(self) -> list[str]:
         """The answer, and by how much the findings close the gap."""
-        return [f"{self.answer}.", lead(self.result)]
+        return [f"{self.answer}.", lead(self.result) or tell_evidence(self.result)]
 
     def pictures(self) -> dict[str, tuple[Spec, str]]:
-        """Laws, and the runs that are described worst."""
-        return {name: (spec, CAPTIONS[name]) for name, spec in machine_pictures(self.result, self.figures).items()}
+        """What shows the findings, the laws, and the runs that are described worst."""
+        return {name: (spec, spec["description"]) for name, spec in machine_pictures(self.result, self.figures).items()}
 
     def to_frame(self) -> Any:
         """A row for each parameter, with its 95 % interval and scatter."""

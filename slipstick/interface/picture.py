@@ -49,7 +49,7 @@ class Picture:
             case ".png":
                 return render(self.spec, "png")
         drawn = figures({self.name: self.spec}, {self.name: self.caption})
-        return document("picture", self.name, self.title, [], drawn.values()).encode()
+        return document("picture", self.name, self.title, [], list(drawn.values())).encode()
 
     def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, Any]:
         """What a notebook shows: the specification, and as a fallback SVG where the renderer is installed."""

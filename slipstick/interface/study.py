@@ -21,7 +21,7 @@ from slipstick.interface.rehearsal import compile_study
 from slipstick.interface.result import Result
 from slipstick.law_files import write_law
 from slipstick.machine import Machine, Runs
-from slipstick.pictures.study import CAPTIONS, law, study_pictures
+from slipstick.pictures.study import law, study_pictures
 from slipstick.pictures.theme import Spec
 from slipstick.report.study.page import study_page
 from slipstick.studies import StudyResult, StudySettings, conclude, examine, unconfirmed
@@ -74,7 +74,8 @@ class Law:
 
     def plot(self) -> Picture:
         """The law with its band, and the formula of the catalogue beside it."""
-        return Picture(file_stem(self.finding), law.draw_law(self.finding, self._law, self.settings.level), law.CAPTION)
+        drawn = law.draw_law(self.finding, self._law, self.settings.level)
+        return Picture(file_stem(self.finding), drawn, drawn["description"])
 
     def to_frame(self) -> Any:
         """The columns of the law as a data frame, with units in the headings."""
@@ -162,7 +163,8 @@ class Study(Result):
     """The result of a study: the answer, what was found, the models without and with it, and the gap between them.
 
     `result` and `figures` have everything, `settings` is what was asked, `name` and `recordings_digest` say of which
-    recordings. `seconds` and `processor_seconds` are times by stage; `submitted` and `ended` are in UTC.
+    recordings. `seconds` and `processor_seconds` are times by stage; `submitted` and `ended` are in UTC. `bench` is the
+    name of the bench, empty in studies of earlier versions.
     """
 
     kind: ClassVar[str] = "study"
@@ -176,6 +178,7 @@ class Study(Result):
     processor_seconds: dict[str, float]
     submitted: str
     ended: str
+    bench: str = ""
 
     @property
     def answer(self) -> str:
@@ -202,9 +205,9 @@ class Study(Result):
         return [f"{self.answer}.", *([] if self.result.gap is None else [_gap_sentence(self.result)])]
 
     def pictures(self) -> dict[str, tuple[Spec, str]]:
-        """Law, evidence, shifting times, gap and signals, as far as there are any."""
+        """Overlay, law, evidence, shifting times, blocks, gap and signals, as far as there are any."""
         specs = study_pictures(self.result, self.figures, settings=self.settings)
-        return {name: (spec, CAPTIONS[name]) for name, spec in specs.items()}
+        return {name: (spec, spec["description"]) for name, spec in specs.items()}
 
     def to_frame(self) -> Any:
         """A row for each coefficient of the findings, with its interval."""
@@ -232,8 +235,9 @@ class Study(Result):
     def to_dict(self) -> dict[str, Any]:
         """The study as JSON; `result` is that of the REST service."""
         return {"id": self.name, "recordings": self.name, "recordings_digest": self.recordings_digest,
-                "settings": asdict(self.settings), "submitted": self.submitted, "ended": self.ended,
-                "result": asdict(self.result), "figure_data": asdict(self.figures), "seconds": self.seconds,
+                "bench": self.bench, "settings": asdict(self.settings), "submitted": self.submitted,
+                "ended": self.ended, "result": asdict(self.result), "figure_data": asdict(self.figures),
+                "seconds": self.seconds,
                 "processor_seconds": self.processor_seconds}
 
     def _model(self, which: str) -> Model:
@@ -250,7 +254,8 @@ class Study(Result):
         return cls(values["recordings"], values["recordings_digest"],
                    StudySettings.from_dict(values.get("settings", {})), result_from_dict(values["result"]),
                    _NO_FIGURES if figures is None else figures_from_dict(figures), dict(values["seconds"]),
-                   dict(values["processor_seconds"]), values.get("submitted", ""), values.get("ended", ""))
+                   dict(values["processor_seconds"]), values.get("submitted", ""), values.get("ended", ""),
+                   values.get("bench", ""))
 
 
 _NO_FIGURES = Figures({}, [], {}, [])
@@ -329,7 +334,7 @@ def study(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike, *,
         except TimeEnded:
             result, figures = unconfirmed(chosen, bench, recordings, named or None, limit)
     return Study(name, recordings.digest, chosen, result, figures, **stage_times(times, stage, begin),
-                 submitted=submitted, ended=now())
+                 submitted=submitted, ended=now(), bench=bench.name)
 
 
 def _gap_sentence(result: StudyResult) -> str:

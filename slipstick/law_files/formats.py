@@ -53,6 +53,8 @@ static inline double {name}_change(double x)
 
 #endif
 """
+_MAT_TEXT = b"MATLAB 5.0 MAT-file, written by Slipstick".ljust(116)
+"""What a MATLAB file begins with, instead of the time: the same law gives the same file."""
 _UNIT = re.compile(r"(?:1|{0}(?:\.{0})*)(?:/(?:{0}|\({0}(?:[./]{0})*\)))?".format(r"[A-Za-z]+(?:-?\d+)?"))
 """Units of the Modelica language."""
 
@@ -89,7 +91,7 @@ def _write_mat(law: LawTable) -> bytes:
                "band": law.band, **{f"{column.name}_unit": column.unit for column in law.columns}}
     file = io.BytesIO()
     savemat(file, content, oned_as="row")  # type: ignore[arg-type]
-    return file.getvalue()
+    return _MAT_TEXT + file.getvalue()[len(_MAT_TEXT):]
 
 
 def _write_modelica(law: LawTable) -> bytes:

@@ -172,8 +172,8 @@ def _density(result: Mapping[str, Any], column: int, physical: Sequence[Mapping[
          "axis": shown.axis(tickCount=8)}
     mean, std = (shown.text(result[kind][column]) for kind in ("mean", "std"))
     return theme.picture(
-        f"Fitted {name}: mean {result['mean'][column]:.3g}, std {result['std'][column]:.3g} (multiples of nominal); "
-        f"{mean} and {std}",
+        f"Fitted {name}: mean {result['mean'][column]:.3g}, scatter {result['std'][column]:.3g} (multiples of "
+        f"nominal); {mean} and {std}",
         "Density of the fitted input. Dashed: nominal value.",
         {"width": theme.WIDTH, "height": 240, "layer": [
             {"data": {"values": rows}, "mark": {"type": "area", "color": theme.AFTER, "opacity": 0.25, "line": {

@@ -1,20 +1,21 @@
-"""The pictures of a study of a declared machine: its laws, and the runs that the model describes worst."""
+"""The pictures of a study of a declared machine: what shows it, its laws, and the runs that are described worst."""
+
+import math
 
 from slipstick.machine_studies import MachineFigures, MachineStudyResult
 from slipstick.machine_studies.result import ShownRun
 from slipstick.pictures import theme, units
+from slipstick.pictures.overlay import Overlay, draw_overlay
 from slipstick.pictures.study.law import draw_laws
 from slipstick.pictures.theme import Spec
 
 LEVEL = 0.95
 """Probability of the intervals."""
-CAPTIONS = {
-    "law": ("Dots: the change as it is measured in all runs at once, without a formula. Shade: its 95 % interval at "
-            "each point. Where a law is known up to a constant or a straight line, parameters take that part as well."),
-    "signals": ("The runs that the model without findings describes worst, a column each. Of every signal: what was "
-                "measured and simulated, and below it measured minus simulated. Shade: two standard deviations of the "
-                "noise of a sample. Each simulation has the parameters that its fit estimates for that run.")}
-"""Name of each picture -> caption."""
+NAMES = ("overlay", "law", "signals")
+"""Names of all pictures, in the order of the report."""
+_CAPTION = ("The runs that the model{0} describes worst, a column each. Of every signal: what was measured and "
+            "simulated, and below it measured minus simulated. Shade: two standard deviations of the noise of a "
+            "sample. Each simulation has the parameters that its fit estimates for that run.")
 _SIGNAL, _DIFFERENCE = 120, 80  # px
 _COLUMN_SPACING = 44  # px between the panels of runs
 _MEASURED = "measured"
@@ -22,8 +23,36 @@ _MEASURED = "measured"
 
 def machine_pictures(result: MachineStudyResult, figures: MachineFigures) -> dict[str, Spec]:
     """Return name -> specification of each picture for which there are data."""
-    specs = {"law": draw_laws(result.findings, LEVEL), "signals": _draw_signals(result, figures)}
+    specs = {"overlay": _draw_overlay(result, figures), "law": draw_laws(result.findings, LEVEL, "runs"),
+             "signals": _draw_signals(result, figures)}
     return {name: spec for name, spec in specs.items() if spec is not None}
+
+
+def _draw_overlay(result: MachineStudyResult, figures: MachineFigures) -> Spec | None:
+    """Return the signal and run in which the findings show best; None without runs."""
+    if not figures.runs:
+        return None
+
+    def error(shown: ShownRun, who: str, signal: str) -> float:
+        pairs = zip(shown.measured[signal], shown.models[who][signal], strict=True)
+        return math.sqrt(sum((here - there) ** 2 for here, there in pairs) / len(shown.time))
+
+    def fall(place: tuple[ShownRun, str]) -> float:
+        before, *after = (error(place[0], who, place[1]) ** 2 for who in place[0].models)
+        return (before - (after[0] if after else 0.0)) / result.noise[place[1]] ** 2
+
+    shown, signal = max(((run, signal) for run in figures.runs for signal in run.measured), key=fall)
+    unit = units.raised(result.units.get(signal, ""))
+    before, *after = (units.with_unit(units.number(error(shown, who, signal), 2), unit) for who in shown.models)
+    title = f"Run {shown.run}: the {signal} is off by {before}" + "".join(
+        f", and by {value} with what was found" for value in after)
+    colours = _name_models(shown)
+    return draw_overlay(title, "Root mean square.", Overlay(
+        shown.time, shown.measured[signal],
+        {label: (curve[signal], hue)
+         for (label, hue), curve in zip(colours.items(), shown.models.values(), strict=True)},
+        signal if unit in ("", "1") else f"{signal} [{unit}]", result.noise[signal],
+        f"Run {shown.run}, numbered from 0", "run"))
 
 
 def _draw_signals(result: MachineStudyResult, figures: MachineFigures) -> Spec | None:
@@ -42,7 +71,8 @@ def _draw_signals(result: MachineStudyResult, figures: MachineFigures) -> Spec |
             rows.append({"spacing": _COLUMN_SPACING, "bounds": "flush", "hconcat": panels})
     names = ", ".join(str(shown.run) for shown in figures.runs)
     return theme.picture(f"The runs that are described worst: {names}", "Below each signal: measured minus simulated. "
-                         "Shade: noise.", {"spacing": 12, "vconcat": rows})
+                         "Shade: noise.", {"spacing": 12, "vconcat": rows}, _CAPTION.format(
+                             " without findings" * ("after" in figures.runs[0].models)))
 
 
 def _name_models(shown: ShownRun) -> dict[str, str]:

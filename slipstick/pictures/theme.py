@@ -2,6 +2,7 @@
 
 import math
 import textwrap
+from collections.abc import Mapping
 from typing import Any
 
 Spec = dict[str, Any]
@@ -45,10 +46,18 @@ _CONFIG: Spec = {
 }
 
 
-def picture(title: str, subtitle: str, body: Spec) -> Spec:
-    """Return the full specification of `body`, a view with its data. The title states the finding."""
-    return {"$schema": SCHEMA, "background": "white", "padding": 12, "config": _CONFIG,
-            "title": {"text": title, "subtitle": textwrap.wrap(subtitle, _COLUMNS)}, **body}
+def picture(title: str, subtitle: str, body: Spec, caption: str = "") -> Spec:
+    """Return the full specification of `body`, a view with its data. The title states the finding.
+
+    The `caption` explains what is drawn, and is the description of the specification.
+    """
+    return {"$schema": SCHEMA, **({"description": caption} if caption else {}), "background": "white", "padding": 12,
+            "config": _CONFIG, "title": {"text": title, "subtitle": textwrap.wrap(subtitle, _COLUMNS)}, **body}
+
+
+def captions(specs: Mapping[str, Spec]) -> dict[str, str]:
+    """Return name -> caption of specifications that have one."""
+    return {name: spec["description"] for name, spec in specs.items()}
 
 
 def series_colour(colours: dict[str, str]) -> Spec:
@@ -67,5 +76,8 @@ def milliseconds(seconds: float) -> str:
 
 
 def in_words(name: str) -> str:
-    """Return the name of an input or unknown with spaces instead of underscores."""
-    return name.replace("_", " ")
+    """Return the name of an input or unknown with spaces instead of underscores.
+
+    The std of an input is its scatter between runs, and no uncertainty; that of the output is its noise.
+    """
+    return name.replace("_", " ").replace("std of ", "scatter of ").replace("output std", "output noise")

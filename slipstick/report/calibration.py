@@ -12,7 +12,7 @@ from slipstick.pictures.units import raised, with_unit
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.report import markup
 from slipstick.report.machine_study import parameter_table
-from slipstick.report.shell import document, figures, provenance
+from slipstick.report.shell import document, figures, home_of, provenance
 
 CAPTIONS = {"parameters": parameters_picture.CAPTION}
 """The pictures of a calibration."""
@@ -145,7 +145,7 @@ def calibration_page(job: Mapping[str, Any], output: Mapping[str, Any]) -> str:
                        markup.paragraph(f"{_NOISE}, which is 1 if only noise is left.", "note")),
         markup.section("Correlation of the estimates", markup.table(("", *names), correlation)),
         provenance(job, output, [*_sources(job), ("bench", f"{job['bench']}, SHA-256 {job['bench_digest']}"),
-                                 ("iterations", str(calibration.evaluations))])])
+                                 ("iterations", str(calibration.evaluations))])], home=home_of(job))
 
 
 def _machine_page(job: Mapping[str, Any], output: Mapping[str, Any]) -> str:
@@ -159,7 +159,7 @@ def _machine_page(job: Mapping[str, Any], output: Mapping[str, Any]) -> str:
         (f"{words.partition(':')[0]}:", words.partition(": ")[2]) for words in limits], [
         markup.paragraph(lead, "lead"), markup.section("Parameters", markup.table(head, rows, words=(4,))),
         markup.section("Blocks", markup.table(("block", "reduced chi-square"), chi_square)),
-        provenance(job, output, [*_sources(job), ("machine", result["machine"])])])
+        provenance(job, output, [*_sources(job), ("machine", result["machine"])])], home=home_of(job))
 
 
 def _sources(job: Mapping[str, Any]) -> list[tuple[str, str | None]]:

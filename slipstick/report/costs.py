@@ -17,10 +17,17 @@ _NOTE = ("The recordings of the paper are not public, so the likelihoods of the 
 _SINGLE_METHOD = ("Only one method was run here. To fill in the rows of the other method, request the report with "
                   "?beside=ID, where ID is a fit of the same problem by the other method.")
 
+_INPUTS = {"pressure_bias", "initial_position"}
+"""Inputs that the paper fits."""
 _REFINED_ROW = "… refined on the exact likelihood"
 _SEARCH, _REFINEMENT = ("open", "search"), ("open", "search", "refine")
 CostAndLikelihood = tuple[float, float]
 """Cost in s and log10 likelihood."""
+
+
+def is_case_of_paper(output: Mapping[str, Any]) -> bool:
+    """Whether a fit is that of the paper: its two inputs, of shifting times of a clutch."""
+    return set(output["result"]["axes"]) == _INPUTS and output["figure_data"].get("output") is None
 
 
 def rows(output: Mapping[str, Any], other_method: Mapping[str, Any] | None) -> list[tuple[str, str, str, str, str]]:

@@ -13,9 +13,7 @@ from typing import Any
 
 from slipstick.errors import UnknownName
 from slipstick.pictures import CAPTIONS, Spec, pictures, propagation, theme
-from slipstick.pictures.machine_study import CAPTIONS as MACHINE_CAPTIONS
 from slipstick.pictures.rendering import inline, render
-from slipstick.pictures.study import CAPTIONS as STUDY_CAPTIONS
 from slipstick.report.calibration import CAPTIONS as CALIBRATION_CAPTIONS
 from slipstick.report.calibration import calibration_page, drawn_calibration
 from slipstick.report.machine_study import machine_study_page, machine_study_specs
@@ -52,8 +50,9 @@ def page(request: bytes) -> bytes:
 
 
 def titles(request: bytes) -> bytes:
-    """A JSON object: the name of each picture, in the order of the report, and its title."""
-    return json.dumps({name: spec["title"]["text"] for name, spec in _specs(json.loads(request)).items()}).encode()
+    """A JSON object: the name of each picture, in the order of the report, with its title and its caption."""
+    specs = _specs(json.loads(request))
+    return json.dumps({name: [spec["title"]["text"], _caption(name, spec)] for name, spec in specs.items()}).encode()
 
 
 def picture(request: bytes) -> bytes:
@@ -79,9 +78,13 @@ def _drawn(given: Mapping[str, Any]) -> tuple[Spec, str]:
     specs = pictures(given["output"], [name]) if given["kind"] == "fit" else _specs(given)
     if name not in specs:
         raise UnknownName.of("picture", name, _specs(given))
-    captions = {"fit": CAPTIONS, "study": MACHINE_CAPTIONS if _is_of_machine(given) else STUDY_CAPTIONS,
-                "calibration": CALIBRATION_CAPTIONS}.get(given["kind"], {PROPAGATION: propagation.CAPTION})
-    return specs[name], captions[name]
+    return specs[name], _caption(name, specs[name])
+
+
+def _caption(name: str, spec: Spec) -> str:
+    """The caption of a picture: that of what is drawn, or else of all pictures of this name."""
+    return str(spec.get("description", {**CAPTIONS, **CALIBRATION_CAPTIONS,
+                                        PROPAGATION: propagation.CAPTION}.get(name)))
 
 
 def elements(request: bytes) -> bytes:

@@ -1,7 +1,11 @@
 """HTML elements of the reports. All text is escaped."""
 
+import re
+from base64 import b64encode
 from collections.abc import Collection, Iterable, Sequence
-from html import escape
+from html import escape, unescape
+
+_SECTION = re.compile(r'^<section id="([^"]+)">\n<h2>(.*)</h2>', re.MULTILINE)
 
 
 def paragraph(text: str, css_class: str = "") -> str:
@@ -12,7 +16,27 @@ def paragraph(text: str, css_class: str = "") -> str:
 def section(title: str, *parts: str) -> str:
     """Return a heading followed by its parts; empty if all parts are empty."""
     body = "\n".join(part for part in parts if part)
-    return f"<section>\n<h2>{escape(title)}</h2>\n{body}\n</section>" if body else ""
+    return f'<section id="{anchor(title)}">\n<h2>{escape(title)}</h2>\n{body}\n</section>' if body else ""
+
+
+def anchor(title: str) -> str:
+    """Return the identifier of the section with this title."""
+    return re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-") or "section"
+
+
+def contents(body: Iterable[str]) -> str:
+    """Return links to the sections in a body; empty if there are fewer than three."""
+    found = [match for part in body for match in _SECTION.findall(part)]
+    links = "\n".join(f'<li><a href="#{place}">{escape(unescape(title))}</a></li>' for place, title in found)
+    return f'<nav class="contents" aria-label="Contents">\n<ul>\n{links}\n</ul>\n</nav>' if len(found) > 2 else ""
+
+
+def downloads(lead: str, files: Iterable[tuple[str, str, str, bytes]]) -> str:
+    """Return links to files that the page contains itself: label, file name, media type and content of each."""
+    links = " · ".join(f'<a download="{escape(name)}" href="data:{escape(media_type)};base64,'
+                       f'{b64encode(content).decode()}">{escape(label)}</a>'
+                       for label, name, media_type, content in files)
+    return f"<p><strong>{escape(lead)}</strong> {links}</p>"
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], words: Collection[int] = ()) -> str:

@@ -8,7 +8,7 @@ from slipstick.pictures.output import Output
 from slipstick.report import costs, words
 from slipstick.report.doubts import doubts
 from slipstick.report.markup import listing, paragraph, section, table
-from slipstick.report.shell import SIGN, document, figures, provenance
+from slipstick.report.shell import SIGN, document, facts, figures, home_of, provenance
 
 _COMBINATIONS = ("In a combination, each unknown is measured as a share of its search range. At most three unknowns "
                  "are listed, and only those whose weight exceeds a fifth of the largest. Intervals come from the "
@@ -21,7 +21,7 @@ _LIMITATIONS = (
      "another, for example pressure bias for initial position. Read the combinations above before the individual "
      "means."),
     ("The scatter absorbs model errors:", "the fit represents parametric uncertainty only. If the model lacks a "
-     "physical effect, the fitted stds and the output noise grow to compensate."),
+     "physical effect, the fitted scatter and the output noise grow to compensate."),
     ("The intervals are conditional on the model:", "they hold if the model is correct and the inputs follow the "
      "chosen families of distributions."),
 )
@@ -37,15 +37,19 @@ def page(fit: Mapping[str, Any], output: Mapping[str, Any], other_method: Mappin
     """
     result = output["result"]
     title = words.headline(result, len(result["log10_likelihood_per_condition"]), fit["recordings"])
+    compared = other_method is not None or costs.is_case_of_paper(output)
     return document("fit", fit["id"], title, [*words.warnings(result), *doubts(output["figure_data"])], [
-        paragraph(words.improvement(result), "lead"), paragraph(SIGN, "note"),
         section("Fitted values", _numbers(output), listing(words.identified(result))),
         section("Combinations of unknowns", listing(words.combinations(result)), paragraph(_COMBINATIONS, "note")),
         section("Pictures", *figures(pictures(output), CAPTIONS).values()),
-        section("Comparison with Table II of the paper", table(costs.HEAD, costs.rows(output, other_method)),
-                *(paragraph(note, "note") for note in costs.notes(output, other_method))),
+        section("Comparison with Table II of the paper", table(costs.HEAD, costs.rows(output, other_method)), *(
+            paragraph(note, "note") for note in costs.notes(output, other_method))) if compared else "",
         _provenance(fit, output, description),
-        section("Limitations", listing(_LIMITATIONS))])
+        section("Limitations", listing(_LIMITATIONS))],
+        [paragraph(words.improvement(result), "lead"),
+         facts(fit, [f"Table {fit['table']}", f"recordings {fit['recordings']}",
+                     f"{len(result['log10_likelihood_per_condition'])} engagements"]),
+         paragraph(SIGN, "note")], home_of(fit))
 
 
 def _numbers(output: Mapping[str, Any]) -> str:
@@ -67,7 +71,9 @@ def _provenance(fit: Mapping[str, Any], output: Mapping[str, Any], description: 
     else:
         model, bounds = f"table {table_name}; policy outside the table: {fit['outside']}", "table"
     outside = output["result"]["mass_outside"]
-    return provenance(fit, output, [
+    of_output = Output.of(output["figure_data"])
+    settings = words.settings_of(fit["settings"], output["result"]["axes"], of_output.unit)
+    return provenance({**fit, "settings": {}}, output, [
         ("model", model), ("recordings", f"{fit['recordings']}, SHA-256 {fit['recordings_digest']}"),
-        ("description of the recordings", description),
+        ("description of the recordings", description), ("settings", settings),
         (f"probability outside the {bounds}", "below 0.01 %" if outside < 1e-4 else f"{100 * outside:.3g} %")])

@@ -1,7 +1,8 @@
 """The HTML document shared by all reports: self-contained, without scripts, with its pictures as SVG."""
 
+import datetime
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from html import escape
 from pathlib import Path
@@ -12,25 +13,48 @@ from slipstick.pictures.accessible import dark_style
 from slipstick.pictures.rendering import inline
 from slipstick.pictures.theme import Spec
 from slipstick.report import words
-from slipstick.report.markup import definitions, listing, paragraph, section
+from slipstick.report.markup import contents, definitions, listing, paragraph, section
 
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'"
 """Content security policy: the page loads and runs nothing, even if a name in the data contains markup."""
 SIGN = "All differences are measured minus predicted: positive where the test bench locks later, or reads more."
 
 
-def document(kind: str, name: str, title: str, warnings: Iterable[tuple[str, str]], body: Iterable[str]) -> str:
-    """Return the HTML document of the job `name` of a `kind`, such as fit; its `warnings` come before anything else."""
-    warned = listing(warnings)
+def document(kind: str, name: str, title: str, warnings: Iterable[tuple[str, str]], body: Sequence[str],
+             top: Iterable[str] = (), home: str = "") -> str:
+    """Return the HTML document of the job `name` of a `kind`, such as fit.
+
+    After the title come `top`, what decides; the `warnings`; and a table of contents of the sections in `body`. `home`
+    is the relative address of the service that has the report, if any.
+    """
+    warned, over = listing(warnings), f"Slipstick · {kind} {name}"
     return "\n".join([
         "<!doctype html>", '<html lang="en">', "<head>", '<meta charset="utf-8">',
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
         '<meta name="color-scheme" content="light dark">',
         f"<title>{escape(name)}: {escape(title)}</title>", f"<style>{style()}</style>", "</head>",
-        "<body>", "<main>", paragraph(f"Slipstick · {kind} {name}", "over"),
-        *([f'<aside class="warnings" aria-label="Warnings">\n{warned}\n</aside>'] if warned else []),
-        f"<h1>{escape(title)}</h1>", *body, "</main>", "</body>", "</html>", ""])
+        "<body>", "<main>", linked(over, "Slipstick", home) if home else paragraph(over, "over"),
+        f"<h1>{escape(title)}</h1>", *top,
+        *([f'<aside class="warnings" id="warnings" aria-label="Warnings">\n{warned}\n</aside>'] if warned else []),
+        contents(body), *body, "</main>", "</body>", "</html>", ""])
+
+
+def linked(text: str, word: str, address: str) -> str:
+    """Return the line over a title, whose first `word` is a link."""
+    return f'<p class="over"><a href="{escape(address)}">{escape(word)}</a>{escape(text.removeprefix(word))}</p>'
+
+
+def home_of(job: Mapping[str, Any]) -> str:
+    """Return the relative address of the service from the report of a job that it has; empty without a service."""
+    return "../../../" if job.get("links") else ""
+
+
+def facts(job: Mapping[str, Any], entries: Iterable[str]) -> str:
+    """Return what was studied or fitted, with the date, in one line."""
+    ended = job.get("ended") or job.get("submitted")
+    day = [f"{datetime.datetime.fromisoformat(str(ended)):%-d %B %Y}"] if ended else []
+    return paragraph(" · ".join([*(entry for entry in entries if entry), *day]), "facts")
 
 
 def figures(specs: Mapping[str, Spec], captions: Mapping[str, str]) -> dict[str, str]:

@@ -38,12 +38,13 @@ def improvement(result: Result) -> str:
 
 
 def fitted(physical: Iterable[Mapping[str, Any]]) -> str:
-    """Return mean and standard deviation of each input in its unit."""
+    """Return the mean of each input in its unit, and its scatter between runs."""
     values = []
     for estimate in physical:
         unit, factor = units.scale(estimate["unit"], estimate["mean"])
         mean, std = (units.number(factor * estimate[name]) for name in ("mean", "std"))
-        values.append(f"{in_words(estimate['name'])} {units.with_unit(f'{mean} ± {std}', unit)}")
+        values.append(f"{in_words(estimate['name'])} {units.with_unit(mean, unit)} with a scatter of "
+                      f"{units.with_unit(std, unit)}")
     return listed(values)
 
 
@@ -93,7 +94,7 @@ def numbers(result: Result, physical: Sequence[Mapping[str, Any]],
                    *_physical(physical[index], kind, intervals.get(f"{kind} of {axis}")))
     noise = intervals.get("output std")
     unit, factor = output.small, output.factor
-    yield (f"output std [{unit}]", number(before["output_std"], factor), number(result["output_std"], factor),
+    yield (f"output noise [{unit}]", number(before["output_std"], factor), number(result["output_std"], factor),
            units.with_unit(number(result["output_std"], factor), unit), _interval(noise, factor),
            _interval(noise, factor, unit))
     for first, second in pairs(range(len(result["axes"])), 2) if result["correlation"] else ():
@@ -102,6 +103,43 @@ def numbers(result: Result, physical: Sequence[Mapping[str, Any]],
     for name, interval in intervals.items():
         if name.startswith("partial"):
             yield in_words(name), "0", number(interval["estimate"]), "", _interval(interval), ""
+
+
+def settings_of(settings: Mapping[str, Any], axes: Sequence[str], unit: str = "s") -> str:
+    """Return the settings of a fit in words; those that are not given are left out."""
+    parts = []
+    if "families" in settings:
+        parts.append(f"distributions of the inputs: {_each(settings['families'], axes)}")
+    for name, what in (("mean_bounds", "mean"), ("std_bounds", "scatter")):
+        if name in settings:
+            ranges = [f"{low:g} to {high:g}" for low, high in settings[name]]
+            parts.append(f"{what} searched from {_each(ranges, axes)} multiples of nominal")
+    if settings.get("output_std_bounds"):
+        low, high = settings["output_std_bounds"]
+        parts.append(f"output noise searched from {low:.3g} to {high:.3g} {unit}")
+    if settings.get("correlated"):
+        parts.append("inputs may be correlated")
+    if settings.get("method") == "classic":
+        parts.append(f"classic search on a grid of {settings.get('grid', '?')} values for each unknown")
+    elif "method" in settings:
+        most, candidates, waits, least = (
+            settings.get(name, "?") for name in ("generations", "population", "patience", "tolerance"))
+        parts.append(f"genetic search of at most {most} generations with {candidates} candidates, which ends when "
+                     f"{waits} of them gain no more than {least} decades (factors of ten) of likelihood")
+    if "refine" in settings:
+        parts.append("the best candidate refined on the exact likelihood" if settings["refine"] else "no refinement")
+    if "intervals" in settings:
+        parts.append(f"profile-likelihood intervals of {100 * settings.get('level', 0.9):g} %" if settings["intervals"]
+                     else "no intervals")
+    if "seed" in settings:
+        parts.append(f"random numbers from seed {settings['seed']}")
+    return "; ".join(parts)
+
+
+def _each(values: Sequence[str], axes: Sequence[str]) -> str:
+    """Return the one value of all inputs, or that of each."""
+    return values[0] if len(set(values)) == 1 else listed(
+        [f"{value} ({in_words(axis)})" for axis, value in zip(axes, values, strict=True)])
 
 
 def listed(names: list[str]) -> str:

@@ -131,6 +131,12 @@ class SimulationResult:
     """Whether the fit converged within its iterations."""
     model: dict[str, Any]
     """The model in the format that `slipstick build --model` reads."""
+    errors: dict[str, float] = field(default_factory=dict)
+    """Standard error of each mean, relative to nominal; empty in results of earlier versions."""
+    at_bound: list[str] = field(default_factory=list)
+    """Parameters and conditions whose mean is at a bound of the fit: their estimates and errors mean little."""
+    undetermined: list[str] = field(default_factory=list)
+    """Parameters and conditions whose mean the recordings tell no better than was known before."""
 
 
 @dataclass(frozen=True)

@@ -261,4 +261,5 @@ def _simulation(fit: SimulationFit) -> SimulationResult:
         if parameter not in CONDITIONS:
             values[names_of.index(parameter)] *= 1 + change
     return SimulationResult(fit.parameters, fit.scatter, fit.chi_square, float(fit.evidence.sum()),
-                            fit.fitted.converged, block.terms.model(fit.values, tuple(values.tolist())).spec())
+                            fit.fitted.converged, block.terms.model(fit.values, tuple(values.tolist())).spec(),
+                            fit.errors, fit.at_bound, fit.undetermined)

@@ -3,23 +3,26 @@
 from collections.abc import Mapping
 from typing import Any
 
-from slipstick.pictures.study import evidence, gap, law, signals, surfaces, times
+from slipstick.pictures.study import blocks, evidence, gap, law, overlay, signals, surfaces, times
 from slipstick.pictures.theme import Spec
 from slipstick.studies.figures import Figures
 from slipstick.studies.result import StudyResult
 from slipstick.studies.settings import StudySettings
 
-__all__ = ["CAPTIONS", "Spec", "study_pictures"]
+__all__ = ["NAMES", "Spec", "study_pictures"]
 
-_PICTURES = {"law": law, "evidence": evidence, "times": times, "gap": gap, "signals": signals}
-CAPTIONS = {**{name: picture.CAPTION for name, picture in _PICTURES.items()}, "surfaces": surfaces.CAPTION}
-"""Name of each picture, in the order of the report -> caption."""
+_PICTURES = {"overlay": overlay, "law": law, "evidence": evidence, "times": times, "blocks": blocks, "gap": gap,
+             "signals": signals}
+NAMES = (*_PICTURES, "surfaces")
+"""Names of all pictures, in the order of the report."""
 
 
 def study_pictures(result: StudyResult, figures: Figures,
                    fits: Mapping[str, Mapping[str, Any]] | None = None,
                    settings: StudySettings | None = None) -> dict[str, Spec]:
     """Return name -> specification of each picture for which there are data. The same input gives the same pictures.
+
+    The description of a specification is its caption.
 
     `fits` are the outputs of the fits on the tables of the models `before` and `after`; without them `surfaces` is
     omitted. `settings` are those of the study, by default the default ones: what it asked for is drawn.

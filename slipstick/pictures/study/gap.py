@@ -10,12 +10,15 @@ from slipstick.studies.figures import Figures
 from slipstick.studies.result import Closure, Gap, StudyResult
 from slipstick.studies.settings import StudySettings
 
-CAPTION = ("Top: measured minus predicted shifting time of every engagement. Each prediction comes from fits without "
-           "the engagements of that motor speed or of that current profile. Shade: two standard deviations of what "
-           "noise and scatter alone would leave. Bottom: the closed share of the gap with 90 % intervals. At 100 %, "
-           "the remaining error is that of sensor noise and run-to-run scatter alone. Quantities without a "
-           "significant gap are omitted; ends below −50 % or above 150 % are drawn there. The control is the best "
-           "effect that acts on another quantity; a wrong effect must not close the gap.")
+_TOP = ("{0}easured minus predicted shifting time of every engagement. Each prediction comes from fits without the "
+        "engagements of that motor speed or of that current profile. Shade: two standard deviations of what noise and "
+        "scatter alone would leave.")
+_BOTTOM = ("Bottom: the closed share of the gap with 90 % intervals. At 100 %, the remaining error is that of sensor "
+           "noise and run-to-run scatter alone.")
+_OMITTED = "Quantities without a significant gap are omitted."
+_CUT = "Ends below −50 % or above 150 % are drawn there."
+_CONTROL = ("The control is the best effect that acts on another quantity: a wrong effect, which must not close the "
+            "gap.")
 
 _HEIGHT = 210
 _DEVIATIONS = 2.0  # half width of the shade
@@ -38,7 +41,19 @@ def draw(result: StudyResult, figures: Figures, _: StudySettings) -> Spec | None
         f"On held-out conditions, the shifting-time error {verb} from {units.fixed(before)} to {units.fixed(after)} ms",
         f"Root-mean-square error. Noise and scatter alone would cause {units.fixed(1e3 * time.rms_expected)} ms.",
         {"spacing": 26, "resolve": {"scale": {"color": "independent"}},
-         "vconcat": [_differences(result, gap, figures), *_closures(result, gap)]})
+         "vconcat": [_differences(result, gap, figures), *(below := _closures(result, gap))]}, _caption(gap, below))
+
+
+def _caption(gap: Gap, below: list[Spec]) -> str:
+    """Return what the drawn parts are."""
+    if not below:
+        return _TOP.format("M")
+    closures = [*gap.closures.values(), *(gap.control.closures.values() if gap.control else [])]
+    ends = [100 * value for each in closures for value in (each.lower, each.upper) if value is not None]
+    return " ".join([_TOP.format("Top: m"), _BOTTOM,
+                     *([_OMITTED] if any(each.closure is None for each in gap.closures.values()) else []),
+                     *([_CUT] if min(ends) < _LOWEST or max(ends) > _HIGHEST else []),
+                     *([_CONTROL] if gap.control else [])])
 
 
 def _differences(result: StudyResult, gap: Gap, figures: Figures) -> Spec:

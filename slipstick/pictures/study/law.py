@@ -11,11 +11,13 @@ from slipstick.studies.finding import Changed
 from slipstick.studies.result import Law, StudyResult
 from slipstick.studies.settings import StudySettings
 
-CAPTION = ("Dots: the change as the blocks of the model measure it in all engagements at once, without a formula. "
-           "Shade: its interval at each point. Blue, if the simulation of the whole bench has the effect: the same "
-           "change by the formula of the catalogue, with the coefficients that the simulation was fitted with. Where a "
-           "law is known up to a constant or a straight line, parameters of the model take that part as well, and the "
-           "same part of the formula is fitted to the dots.")
+_DOTS = "Dots: the change as it is measured in all {0} at once, without a formula."
+_BAND = "Shade: its interval at each point."
+_BLUE = ("Blue: the same change by the formula of the named effect, with the coefficients that the simulation was "
+         "fitted with.")
+_PART = "Where a law is known up to a constant or a straight line, parameters of the model take that part as well{0}."
+_FITTED_PART = ", and the same part of the formula is fitted to the dots"
+_BAR = "Dot and bar: a law that is a single number, with its interval."
 
 _HEIGHT, _SEVERAL = 300, 220  # px, of one law and of each of several
 _NUMBER = 44  # px, of a law that is a single number
@@ -24,7 +26,7 @@ _BEYOND = 0.15
 """Share of the span of the law by which the drawn range may exceed it for points that are hardly known."""
 _MONOTONIC = 0.8  # share of the span between first and last point above which a law rises or falls
 _COLUMNS = 100  # characters per line
-_UP_TO = {"constant": "Known up to a constant, which parameters of the model take as well.",
+_UP_TO = {"constant": "Known up to a constant, which parameters of the model take as well: drawn about its mean.",
           "line": "Known up to a straight line, which parameters of the model take as well.", "nothing": ""}
 _ZERO = ("It contains zero: how large the change is remains open, because parameters may take its part. The "
          "evidence for it is the gain in likelihood.")
@@ -33,26 +35,37 @@ _LINEARISED = "The interval is that of a linear model and may be several times t
 
 def draw(result: StudyResult, _: Figures, settings: StudySettings) -> Spec | None:
     """Return a panel for each finding with a law; None without one."""
-    return draw_laws(result.findings, settings.level)
+    return draw_laws(result.findings, settings.level, "engagements")
 
 
-def draw_laws(findings: Sequence[Changed], level: float) -> Spec | None:
-    """Return a panel for each of the findings that has a law; None without one."""
+def draw_laws(findings: Sequence[Changed], level: float, runs: str) -> Spec | None:
+    """Return a panel for each of the findings that has a law; None without one. `runs` is what was recorded."""
     laws = [(finding, finding.law) for finding in findings if finding.law is not None]
     if not laws:
         return None
     if len(laws) == 1:
-        return draw_law(*laws[0], level)
+        return draw_law(*laws[0], level, runs)
     panels = [{"title": {"text": headline(finding, law), "fontSize": 13, "offset": 8,
                          "subtitle": textwrap.wrap(remarks(law, level), _COLUMNS)},
                **_panel(finding, law, _SEVERAL)} for finding, law in laws]
     return theme.picture(f"The recordings show {len(laws)} laws", "One panel for each finding.",
-                         {"spacing": 30, "vconcat": panels})
+                         {"spacing": 30, "vconcat": panels}, _caption([law for _, law in laws], runs))
 
 
-def draw_law(finding: Changed, law: Law, level: float) -> Spec:
+def draw_law(finding: Changed, law: Law, level: float, runs: str = "engagements") -> Spec:
     """Return the law of one finding, with its band of confidence `level`."""
-    return theme.picture(headline(finding, law), remarks(law, level), _panel(finding, law, _HEIGHT))
+    return theme.picture(headline(finding, law), remarks(law, level), _panel(finding, law, _HEIGHT),
+                         _caption([law], runs))
+
+
+def _caption(laws: Sequence[Law], runs: str) -> str:
+    """Return what the drawn parts are; a part that no law has is not spoken of."""
+    curves = [law for law in laws if law.x is not None]
+    has_formula = any(law.formula is not None for law in curves)
+    has_part = any(law.up_to != "nothing" for law in curves)
+    return " ".join([*([_DOTS.format(runs), _BAND] if curves else []), *([_BLUE] if has_formula else []),
+                     *([_PART.format(_FITTED_PART * has_formula)] if has_part else []),
+                     *([_BAR] if len(curves) < len(laws) else [])])
 
 
 def headline(finding: Changed, law: Law) -> str:
@@ -62,14 +75,39 @@ def headline(finding: Changed, law: Law) -> str:
         size = factor * sum(law.change) / len(law.change)
         text = units.number(size) if finding.depends_on == "lag" else units.signed(size)
         return f"{finding.title}: {units.with_unit(text, unit)}"
-    change = [law.change[place] for place in _select_known(law)]
-    span, net = max(change) - min(change), change[-1] - change[0]
-    size_text = units.with_unit(units.number(factor * span), unit) + " of the model's value" * law.relative
     if law.up_to == "line":
         return f"The {subject(finding)} varies with the {argument(finding)}, other than by a straight line"
-    if abs(net) < _MONOTONIC * span:
-        return f"The {subject(finding)} varies by {size_text} with the {argument(finding)}"
-    return f"The {subject(finding)} {'rises' if net > 0 else 'falls'} by {size_text} as the {argument(finding)} grows"
+    change, net = describe_change(law, law.change)
+    if not net:
+        return f"The {subject(finding)} varies by {change} with the {argument(finding)}"
+    return (f"The {subject(finding)} {'rises' if net > 0 else 'falls'} by {change} as the {argument(finding)} grows "
+            f"{describe_range(law)}")
+
+
+def describe_change(law: Law, values: Sequence[float]) -> tuple[str, int]:
+    """Return by how much the `values` of a law change over its known points, and whether they rise (1) or fall (-1).
+
+    They are those of the measured law or of its formula; 0 stands for a change that goes to and fro. What is relative
+    and known up to a constant has no reference beside the law itself: its change is a share of its first known value,
+    which does not depend on the constant.
+    """
+    unit, factor = _choose_unit(law)
+    known = [values[place] for place in _select_known(law)]
+    of_itself = law.relative and law.up_to == "constant"
+    if of_itself:
+        known = [(1 + value) / (1 + known[0]) - 1 for value in known]
+    span, net = max(known) - min(known), known[-1] - known[0]
+    size = units.with_unit(units.number(factor * span), unit) + " of the model's value" * (
+        law.relative and not of_itself)
+    return size, 0 if abs(net) < _MONOTONIC * span else 1 if net > 0 else -1
+
+
+def describe_range(law: Law) -> str:
+    """Return the range of the points over which the law is known."""
+    assert law.x is not None
+    points = [law.x[place] for place in _select_known(law)]
+    unit, factor = units.scale(law.x_unit, max(map(abs, law.x)))
+    return f"from {units.number(factor * points[0])} to " + units.with_unit(units.number(factor * points[-1]), unit)
 
 
 def remarks(law: Law, level: float, is_drawn: bool = True) -> str:

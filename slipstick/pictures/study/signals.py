@@ -2,7 +2,7 @@
 
 import math
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from slipstick.pictures import theme
 from slipstick.pictures.conditions import described
@@ -13,17 +13,20 @@ from slipstick.studies.figures import Engagement, Figures
 from slipstick.studies.result import StudyResult
 from slipstick.studies.settings import StudySettings
 
-CAPTION = ("The worst engagements, each with a different current profile. Top: the measured shaft speeds; the input "
-           "speed is divided by the gear ratio, so that the clutch locks where both meet. Below: measured minus "
-           "predicted signals, averaged over 8 samples. Shade: two standard deviations of the noise of a sample. Each "
-           "simulation has the parameters that its fit estimates for that engagement, so that no parameter removes "
-           "what is left. Dashed: measured shifting time, where the torque jumps: what is cut there is the error of "
-           "the shifting time.")
+_CAPTION = ("The engagements that are described worst, each with a different current profile. {0}easured minus "
+            "predicted signals, averaged over 8 samples. Shade: two standard deviations of the noise of a sample. Each "
+            "simulation has the parameters that its fit estimates for that engagement, so that no parameter removes "
+            "what is left. Dashed: measured shifting time, where the torque jumps: what is cut there is the error of "
+            "the shifting time.")
+_SHAFTS = ("Top: the measured shaft speeds{0}. Below: m")
+_BOTH = "; the input speed is divided by the gear ratio, so that the clutch locks where both meet"
 
-_TITLES = {"pressure": "pressure [bar]", "input_speed": "input speed [rad/s]",
+TITLES = {"pressure": "pressure [bar]", "input_speed": "input speed [rad/s]",
            "output_speed": "output speed [rad/s]", "output_torque": "output torque [N m]"}
+"""Signal -> title of its axis."""
 _SPEEDS, _DIFFERENCE = 90, 92  # px
-_AFTER_LOCK = 0.15  # s drawn after lock-up
+AFTER_LOCK = 0.15
+"""Time in s that is drawn after lock-up."""
 _COLUMN_SPACING, _ROW_SPACING, _LABEL = 44, 14, 34  # px between panels, and above the first row
 _CHARACTERS = 34  # per line above a column
 _OUTSIDE = 0.03
@@ -49,18 +52,32 @@ def draw(result: StudyResult, figures: Figures, _: StudySettings) -> Spec | None
             for row in zip(*columns, strict=True)]
     return theme.picture(_title(result, engagements, list(models)),
                          "Root mean square. Below the shaft speeds: measured minus predicted. Shade: noise.",
-                         {"spacing": _ROW_SPACING, "vconcat": rows})
+                         {"spacing": _ROW_SPACING, "vconcat": rows}, _caption(engagements[0]))
+
+
+def _caption(engagement: Engagement) -> str:
+    speeds = {"input_speed", "output_speed"} & set(engagement.measured)
+    return _CAPTION.format(_SHAFTS.format(_BOTH * (len(speeds) == 2)) if speeds else "M")
 
 
 def _title(result: StudyResult, engagements: list[Engagement], models: list[str]) -> str:
-    def rms_error(model: str, signal: str) -> float:
-        squares = [value**2 for engagement in engagements for _, value in _difference(engagement, model, signal)]
-        return math.sqrt(sum(squares) / len(squares))
+    worst = max(engagements[0].measured,
+                key=lambda signal: rms_error(engagements, "before", signal) / result.noise[signal])
+    many = f"{len(engagements)} worst engagements" if len(engagements) > 1 else "worst engagement"
+    return f"In the {many}, {describe_errors(engagements, models, worst)}"
 
-    worst = max(engagements[0].measured, key=lambda signal: rms_error("before", signal) / result.noise[signal])
-    before, *after = (f"{rms_error(model, worst):.2g} {SIGNAL_UNITS[worst]}" for model in models)
-    return f"In the worst engagements, the {in_words(worst)} is off by {before}" + "".join(
+
+def describe_errors(engagements: list[Engagement], models: Iterable[str], signal: str) -> str:
+    """Return by how much a signal of these engagements is off (root mean square) in each of the models."""
+    before, *after = (f"{rms_error(engagements, model, signal):.2g} {SIGNAL_UNITS[signal]}" for model in models)
+    return f"the {in_words(signal)} is off by {before}" + "".join(
         f", and by {error} with what was found" for error in after)
+
+
+def rms_error(engagements: list[Engagement], model: str, signal: str) -> float:
+    """Return the root mean square of measured minus simulated."""
+    squares = [value**2 for engagement in engagements for _, value in _difference(engagement, model, signal)]
+    return math.sqrt(sum(squares) / len(squares))
 
 
 def _column(result: StudyResult, engagement: Engagement, models: dict[str, tuple[str, str]], width: float,
@@ -71,7 +88,7 @@ def _column(result: StudyResult, engagement: Engagement, models: dict[str, tuple
 
 
 def _x(engagement: Engagement, labels: bool) -> Spec:
-    end = min(engagement.time[-1], engagement.lock + _AFTER_LOCK)
+    end = min(engagement.time[-1], engagement.lock + AFTER_LOCK)
     return {"field": "t", "type": "quantitative", "title": "time [s]" if labels else None,
             "scale": {"domain": [0, theme.rounded(end)], "nice": False},
             "axis": {"grid": False, "labels": labels, "ticks": labels, "tickCount": 5}}
@@ -107,7 +124,7 @@ def _differences(result: StudyResult, engagement: Engagement, models: dict[str, 
     sizes = [(abs(value), abs(t - engagement.lock)) for curve in curves.values() for t, value in curve]
     away = max([1.5 * noise, *(size for size, distance in sizes if distance > _OUTSIDE)])
     largest = 1.1 * min(max([away, *(size for size, _ in sizes)]), _CUT * away)
-    y: Spec = {"field": "y", "type": "quantitative", "title": _TITLES[signal] if first else None,
+    y: Spec = {"field": "y", "type": "quantitative", "title": TITLES[signal] if first else None,
                "scale": {"domain": [theme.rounded(-largest), theme.rounded(largest)], "nice": False},
                "axis": {"tickCount": 4, "format": "~f"}}
     colour = {**theme.series_colour(dict(models.values())), "legend": {"symbolType": "stroke"}}

@@ -8,11 +8,11 @@ from slipstick.pictures.study.words import model_series
 from slipstick.pictures.theme import Spec, in_words
 from slipstick.studies.result import StudyResult
 
-CAPTION = ("The same fit to the same shifting times, on the table of each model. Shades, common to both panels: the "
-           "decades of likelihood below the better of the two fits when the two means are moved to a point and all "
-           "other unknowns keep their fitted values. Frame: the region in which the likelihood was computed. Curves: "
-           "regions that contain the inputs of 50 % and 90 % of the runs, according to each fit; they show the "
-           "scatter that each model needs.")
+_CAPTION = ("The same fit to the same shifting times, on the table of each model. Shades, common to both panels: the "
+            "decades (factors of ten) of likelihood below the better of the two fits when the two means are moved to a "
+            "point and all other unknowns keep their fitted values. Frame: the region in which the likelihood was "
+            "computed. Curves: regions that contain the inputs of 50 % and 90 % of the runs, according to each fit; "
+            "they show the scatter that each model needs.")
 
 _SIZE = 275
 _CELLS = 190, 240  # of the shading, in x and y
@@ -51,7 +51,7 @@ def draw(result: StudyResult, fits: Mapping[str, Mapping[str, Any]]) -> Spec | N
         f"{'more' if improvement > 0 else 'less'} likely",
         f"Output noise: {noise['before']} before, {noise['after']} after. Dot: fitted means. Cross: parameters of the "
         "study.",
-        {"spacing": 24, "hconcat": list(panels.values())})
+        {"spacing": 24, "hconcat": list(panels.values())}, _CAPTION)
 
 
 def _panel(fit: Mapping[str, Any], nominal: Mapping[str, float], deficit: float) -> Spec:

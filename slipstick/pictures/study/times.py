@@ -9,7 +9,7 @@ from slipstick.studies.figures import Figures
 from slipstick.studies.result import StudyResult, TimesOver
 from slipstick.studies.settings import StudySettings
 
-CAPTION = ("Measured minus predicted shifting time over each condition, with mean 0 over the engagements. The "
+_CAPTION = ("Measured minus predicted shifting time over each condition, with mean 0 over the engagements. The "
            "parameters of the simulation are fitted to the shifting times: what they explain is not in it. Bars: "
            "90 % intervals, wide where the parameters could explain a change as well.")
 
@@ -32,7 +32,8 @@ def draw(result: StudyResult, _: Figures, settings: StudySettings) -> Spec | Non
         f"Furthest from zero: {fixed(worst.change[place])} ± {fixed(worst.error[place])} ms (standard error), over the "
         f"{in_words(worst.condition)}.".replace("-", "−"),
         {"columns": _COLUMNS, "spacing": {"row": 26, "column": 30},
-         "concat": [_panel(trend, settings.level, column, colours) for column, trend in enumerate(result.times)]})
+         "concat": [_panel(trend, settings.level, column, colours) for column, trend in enumerate(result.times)]},
+        _CAPTION)
 
 
 def _panel(trend: TimesOver, level: float, place: int, colours: dict[str, str]) -> Spec:

@@ -4,24 +4,27 @@ from collections.abc import Collection
 
 from slipstick.report.study import findings, simulation, untested
 from slipstick.report.study.limits import limits
-from slipstick.report.study.parts import Items, Picture, Section
+from slipstick.report.study.parts import Items, Part, Picture, Section
 from slipstick.studies.figures import Figures
 from slipstick.studies.result import StudyResult
 from slipstick.studies.settings import StudySettings
 
 
 def evidence(result: StudyResult, settings: StudySettings, pictures: Collection[str]) -> list[Section]:
-    """The sections from the measured laws to the closed gap. `pictures` are those for which there are data."""
+    """The sections from what shows the findings to the closed gap. `pictures` are those for which there are data."""
     laws = "The measured law" if len(result.findings) == 1 else "The measured laws"
-    return [Section(laws, [Picture("law")] if "law" in pictures else []),
-            *findings.sections(result, settings),
-            Section("What decided", [Picture("evidence")] if "evidence" in pictures else []),
-            untested.explained(result), untested.times(result, "times" in pictures), simulation.blocks(result),
-            simulation.gap(result, "gap" in pictures),
-            Section("Signals of the worst engagements", [Picture("signals")] if "signals" in pictures else [])]
+
+    def show(name: str) -> list[Part]:
+        return [Picture(name)] if name in pictures else []
+
+    return [Section("Measured and simulated", show("overlay")), Section(laws, show("law")),
+            *findings.sections(result, settings), Section("What decided", show("evidence")),
+            untested.explained(result), untested.times(result, "times" in pictures),
+            simulation.blocks(result, "blocks" in pictures), simulation.gap(result, "gap" in pictures),
+            Section("Signals of the worst engagements", show("signals"))]
 
 
-def background(result: StudyResult, figures: Figures) -> list[Section]:
+def background(result: StudyResult, figures: Figures, settings: StudySettings) -> list[Section]:
     """The conditions as measured, the fitted simulation, and the limitations of the method."""
-    return [simulation.conditions(result), simulation.simulation(result),
+    return [simulation.conditions(result), simulation.simulation(result, settings.level),
             Section("Limitations", [Items(limits(figures.conditions))])]

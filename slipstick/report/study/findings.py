@@ -1,17 +1,17 @@
 """A finding in words and numbers: evidence, rivals, confidence, coefficients, worth, formula, further experiments."""
 
-import re
+import math
 
-from slipstick.bench.parameters import PARAMETERS
 from slipstick.pictures.study.evidence import CERTAIN
 from slipstick.pictures.study.law import headline, remarks
 from slipstick.pictures.study.words import effect_title, within
 from slipstick.pictures.theme import in_words
 from slipstick.pictures.units import number, signed
 from slipstick.report.study.parts import Entries, Items, Note, Part, Section, Table
+from slipstick.report.study.todo import write_equation
 from slipstick.report.study.words import channel, coefficient_row, many
 from slipstick.report.words import listed
-from slipstick.studies.formula import describe_quantity, effect_of, equation
+from slipstick.studies.formula import describe_quantity, effect_of
 from slipstick.studies.result import Candidate, FindingResult, FurtherExperiment, StudyResult
 from slipstick.studies.settings import StudySettings
 from slipstick.studies.words import title
@@ -41,21 +41,11 @@ def _parts(finding: FindingResult, result: StudyResult, settings: StudySettings)
         effect = effect_of(finding.effect)
         rows = [coefficient_row(coefficient, effect) for coefficient in finding.confirmation.coefficients]
         parts.append(Table(("coefficient", "estimate", f"{100 * level:.0f} % interval", "meaning"), rows, words=(3,)))
-        parts += _write_equation(finding, result)
+        written = write_equation(finding, result)
+        parts += [] if written is None else [f"Equation: {written}."]
         parts.append(Note("The coefficients are fitted to all signals of the whole simulation at once. The intervals "
                           "are conditional on the form of the law."))
     return [*parts, *_list_experiments(finding)]
-
-
-def _write_equation(finding: FindingResult, result: StudyResult) -> list[Part]:
-    """The equation with these coefficients, and the values of the parameters of the model in it."""
-    written = equation(finding)
-    if written is None:
-        return []
-    values = {} if result.after is None else result.after.model["parameters"]
-    known = [f"{each.symbol} = {values[each.name]:.4g} {each.unit}".removesuffix(" 1") for each in PARAMETERS
-             if each.name in values and re.search(rf"(?<!\w){re.escape(each.symbol)}(?!\w)", written)]
-    return [f"Equation: {written}" + f", where {listed(known)} in the refitted model" * bool(known) + "."]
 
 
 def _describe_law(finding: FindingResult, level: float) -> Entries:
@@ -75,9 +65,10 @@ def _describe_law(finding: FindingResult, level: float) -> Entries:
 def _evidence(finding: FindingResult, result: StudyResult, least: float) -> Entries:
     blocks = [f"“{block.signals}”" for block in result.blocks if block.name in finding.blocks]
     errors = f"more than {CERTAIN:.0f}" if finding.errors > CERTAIN else number(finding.errors)
+    tens, where = number(finding.nats / math.log(10)), "the block" if len(blocks) == 1 else "the blocks"
     entries = [("Evidence:", f"the log-likelihood of {many(result.experiments, 'engagement')} rises by "
-                f"{finding.nats:.0f} nats in {'the block' if len(blocks) == 1 else 'the blocks'} "
-                f"{listed(blocks or ['?'])}; the law is shown at {errors} standard errors over engagements."
+                f"{finding.nats:.0f} nats ({tens} factors of ten) in {where} {listed(blocks or ['?'])}; the "
+                f"law is shown at {errors} standard errors over engagements."
                 + (" Few engagements show it: it is named because it explains nearly all that is missing there."
                    if finding.errors < least else ""))]
     rivals = [_describe_rival(other) for other in finding.rivals]
@@ -136,8 +127,9 @@ def _worth(finding: FindingResult) -> Entries:
         "does not change the shifting time"
     signals = f"the change is {listed(large)}" if large else "all changes are below a tenth"
     rest = f"; {listed(small)} hardly change{'s' * (len(small) == 1)}" if large and small else ""
-    return [("Size of the effect:", f"under the recorded conditions it {time}. In the signals, in standard deviations "
-                                    f"of their noise, {signals}{rest}.")]
+    return [("Size of the effect:", f"under the recorded conditions it {time}, with all other parameters as they are. "
+             "The gap is smaller, because parameters that are fitted without the effect take a part of it. In the "
+             f"signals, in standard deviations of their noise, {signals}{rest}.")]
 
 
 def _list_experiments(finding: FindingResult) -> list[Part]:

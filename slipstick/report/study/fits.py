@@ -45,10 +45,10 @@ def numbers(result: StudyResult, fits: Fits) -> Iterator[tuple[str, ...]]:
     models = result.models
     likelihoods = [fit["result"]["log10_likelihood"] for fit in fits.values()]
     yield "log10 likelihood", *("−∞" if value is None else signed(value) for value in likelihoods)
-    for kind in ("mean", "std"):
+    for kind, name in (("mean", "mean"), ("std", "scatter")):
         for index, axis in enumerate(next(iter(fits.values()))["result"]["axes"]):
             values = [models[key]["parameters"][axis] * fit["result"][kind][index] for key, fit in fits.items()]
             unit, factor = units.scale(models["before"]["units"][axis], max(values))
-            yield (units.with_unit(f"{kind} of {in_words(axis)}", f"[{unit}]" if unit != "1" else ""),
+            yield (units.with_unit(f"{name} of {in_words(axis)}", f"[{unit}]" if unit != "1" else ""),
                    *(number(factor * value) for value in values))
     yield "output noise [ms]", *(number(fit["result"]["output_std"], 1e3) for fit in fits.values())

@@ -1,17 +1,20 @@
-"""The report of a study as an HTML page: answer, warnings, findings, blocks, gap, simulation and limitations."""
+"""The report of a study as an HTML page: answer, what to do, warnings, evidence, gap and limitations."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from slipstick.pictures.study import CAPTIONS, study_pictures
-from slipstick.pictures.theme import Spec
+from slipstick.pictures.study import study_pictures
+from slipstick.pictures.theme import Spec, captions
 from slipstick.report import markup
-from slipstick.report.shell import SIGN, document, figures, provenance
+from slipstick.report.shell import SIGN, document, facts, figures, home_of, provenance
 from slipstick.report.study import content, parts
 from slipstick.report.study.fits import Fits, same_fit
-from slipstick.report.study.simulation import lead
+from slipstick.report.study.glossary import explain
+from slipstick.report.study.simulation import lead, tell_confidence
+from slipstick.report.study.todo import advise
 from slipstick.report.study.warnings import warnings
+from slipstick.report.study.words import many
 from slipstick.studies.record import figures_from_dict, result_from_dict
 from slipstick.studies.settings import StudySettings
 
@@ -25,16 +28,23 @@ def study_page(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits |
     """
     result, data = result_from_dict(output["result"]), figures_from_dict(output["figure_data"])
     settings = StudySettings.from_dict(study["settings"])
-    drawn, changed = figures(study_specs(study, output, fits), CAPTIONS), _select_changes(settings)
-    return document("study", study["id"], result.sentence, warnings(result, data.aside), [
-        markup.paragraph(lead(result, settings), "lead"), markup.paragraph(SIGN, "note"),
-        *(render_section(section, drawn) for section in content.evidence(result, settings, drawn)),
+    specs = study_specs(study, output, fits)
+    drawn, changed, cautions = figures(specs, captions(specs)), _select_changes(settings), warnings(result, data.aside)
+    main, rest = content.evidence(result, settings, drawn), content.background(result, data, settings)
+    box = advise(result, data, settings, cautions)
+    return document("study", study["id"], result.sentence, cautions, [
+        *(render_section(section, drawn) for section in main),
         same_fit(study, result, fits, drawn.get("surfaces", "")),
-        *(render_section(section, drawn) for section in content.background(result, data)),
+        *(render_section(section, drawn) for section in (*rest, explain([box, *main, *rest]))),
         provenance({**study, "settings": changed}, output, [
             ("recordings", f"{study['recordings']}, SHA-256 {study['recordings_digest']}"),
             ("engagements that count", str(result.experiments)), ("settings digest", result.settings_digest),
-            ("settings", "" if changed else "default")])])
+            ("settings", "" if changed else "default")])],
+        [markup.paragraph(tell_confidence(result) or lead(result, settings), "lead"), render_box(box, drawn),
+         facts(study, [f"Bench {study['bench']}" if study.get("bench") else "", f"recordings {study['recordings']}",
+                       many(result.experiments, "engagement")
+                       + f", {len(result.set_aside)} more set aside" * bool(result.set_aside)]),
+         markup.paragraph(SIGN, "note")], home_of(study))
 
 
 def study_specs(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits | None = None) -> dict[str, Spec]:
@@ -48,6 +58,11 @@ def _select_changes(settings: StudySettings) -> dict[str, Any]:
     chosen, default = asdict(settings), asdict(StudySettings())
     chosen["naming"] = {name: value for name, value in chosen["naming"].items() if value != default["naming"][name]}
     return {name: value for name, value in chosen.items() if value not in ({}, default[name])}
+
+
+def render_box(section: parts.Section, drawn: Mapping[str, str]) -> str:
+    """Return a section that stands out as HTML."""
+    return f'<div class="box">\n{render_section(section, drawn)}\n</div>'
 
 
 def render_section(section: parts.Section, drawn: Mapping[str, str]) -> str:
@@ -65,5 +80,7 @@ def _part(part: parts.Part, drawn: Mapping[str, str]) -> str:
             return markup.table(head, rows, words)
         case parts.Picture(name):
             return drawn[name]
+        case parts.Files(lead, files):
+            return markup.downloads(lead, [(file.label, file.name, file.media_type, file.content) for file in files])
         case str(text):
             return markup.paragraph(text)

@@ -37,7 +37,25 @@ class Picture:
     name: str
 
 
-Part = str | Note | Items | Table | Picture
+@dataclass(frozen=True)
+class File:
+    """A file that the page has in it, behind a link with this `label`."""
+
+    label: str
+    name: str
+    media_type: str
+    content: bytes
+
+
+@dataclass(frozen=True)
+class Files:
+    """Links to files after a bold lead-in; a text without links has none."""
+
+    lead: str
+    files: tuple[File, ...]
+
+
+Part = str | Note | Items | Table | Picture | Files
 """A paragraph, or one of the above."""
 
 

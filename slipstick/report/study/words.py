@@ -52,7 +52,8 @@ def describe_closure(closure: Closure) -> str:
 
 
 def _share(share: float, lower: float, upper: float) -> str:
-    return f"{100 * share:.0f} % ({100 * lower:.0f} to {100 * upper:.0f})".replace("-", "−")
+    """The share in %: an error by chance below that of a right model closes all of the gap, and no more."""
+    return f"{100 * min(share, 1):.0f} % ({100 * lower:.0f} to {100 * upper:.0f})".replace("-", "−")
 
 
 def percent(share: float) -> str:
