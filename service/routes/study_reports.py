@@ -41,9 +41,9 @@ def study_report(id: StudyId, store: StudyStore, fits: StudyFits, client: Revali
 
     The report begins with what to do: what to add to the model with its numbers, where that holds, files of the laws
     and of the extended model, and the next experiment. Then come the evidence, the result of each block, the gap
-    between model and recordings before and after with a control, and the limitations. It also compares two fits, on tables of
-    the models without and with what was found (`before` and `after`, or the newest ones): likelihood, scatter of the
-    inputs, and output noise.
+    between model and recordings before and after with a control, and the limitations. It also compares two fits, on
+    tables of the models without and with what was found (`before` and `after`, or the newest ones): likelihood, scatter
+    of the inputs, and output noise.
     """
     version = _version(store, id, fits)
     client.require_change(*version)
