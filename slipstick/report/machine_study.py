@@ -13,7 +13,7 @@ from slipstick.pictures.study.law import headline, remarks
 from slipstick.pictures.study.words import within
 from slipstick.pictures.theme import Spec, captions
 from slipstick.report import markup
-from slipstick.report.shell import document, facts, figures, home_of, provenance
+from slipstick.report.shell import document, figures, home_of, provenance, tell_facts
 from slipstick.report.study.glossary import explain
 from slipstick.report.study.page import render_box, render_section
 from slipstick.report.study.parts import Entries, Items, Note, Part, Picture, Section, Table
@@ -41,8 +41,8 @@ def machine_study_page(study: Mapping[str, Any], output: Mapping[str, Any]) -> s
             ("recordings", f"{study['recordings']}, SHA-256 {study['recordings_digest']}"),
             ("runs that count", str(result.runs)), ("settings digest", result.settings_digest),
             ("settings", "" if study["settings"] else "default")])],
-        [markup.paragraph(tell_evidence(result), "lead"), render_box(box, drawn),
-         facts(study, [f"Machine {result.machine}", f"recordings {study['recordings']}", many(result.runs, "run")
+        [markup.paragraph(tell_evidence(result), "lead"), render_box(box, drawn)],
+        [tell_facts(study, [f"Machine {result.machine}", f"recordings {study['recordings']}", many(result.runs, "run")
                        + f", {len(result.set_aside)} more set aside" * bool(result.set_aside)])], home_of(study))
 
 

@@ -8,7 +8,7 @@ from slipstick.pictures.output import Output
 from slipstick.report import costs, words
 from slipstick.report.doubts import doubts
 from slipstick.report.markup import listing, paragraph, section, table
-from slipstick.report.shell import SIGN, document, facts, figures, home_of, provenance
+from slipstick.report.shell import SIGN, document, figures, home_of, provenance, tell_facts
 
 _COMBINATIONS = ("In a combination, each unknown is measured as a share of its search range. At most three unknowns "
                  "are listed, and only those whose weight exceeds a fifth of the largest. Intervals come from the "
@@ -46,10 +46,10 @@ def page(fit: Mapping[str, Any], output: Mapping[str, Any], other_method: Mappin
             paragraph(note, "note") for note in costs.notes(output, other_method))) if compared else "",
         _provenance(fit, output, description),
         section("Limitations", listing(_LIMITATIONS))],
-        [paragraph(words.improvement(result), "lead"),
-         facts(fit, [f"Table {fit['table']}", f"recordings {fit['recordings']}",
-                     f"{len(result['log10_likelihood_per_condition'])} engagements"]),
-         paragraph(SIGN, "note")], home_of(fit))
+        facts=[paragraph(words.improvement(result), "lead"),
+               tell_facts(fit, [f"Table {fit['table']}", f"recordings {fit['recordings']}",
+                                f"{len(result['log10_likelihood_per_condition'])} engagements"]),
+               paragraph(SIGN, "note")], home=home_of(fit))
 
 
 def _numbers(output: Mapping[str, Any]) -> str:

@@ -21,13 +21,15 @@ SIGN = "All differences are measured minus predicted: positive where the test be
 
 
 def document(kind: str, name: str, title: str, warnings: Iterable[tuple[str, str]], body: Sequence[str],
-             top: Iterable[str] = (), home: str = "") -> str:
+             box: Iterable[str] = (), facts: Iterable[str] = (), home: str = "") -> str:
     """Return the HTML document of the job `name` of a `kind`, such as fit.
 
-    After the title come `top`, what decides; the `warnings`; and a table of contents of the sections in `body`. `home`
-    is the relative address of the service that has the report, if any.
+    After the title come the `box` of what to do, the `facts`, and a table of contents of the sections in `body`. The
+    `warnings` come before the title, or after a box, which names them. `home` is the relative address of the service
+    that has the report, if any.
     """
-    warned, over = listing(warnings), f"Slipstick · {kind} {name}"
+    warned, over, box = listing(warnings), f"Slipstick · {kind} {name}", list(box)
+    aside = [f'<aside class="warnings" id="warnings" aria-label="Warnings">\n{warned}\n</aside>'] if warned else []
     return "\n".join([
         "<!doctype html>", '<html lang="en">', "<head>", '<meta charset="utf-8">',
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
@@ -35,9 +37,8 @@ def document(kind: str, name: str, title: str, warnings: Iterable[tuple[str, str
         '<meta name="color-scheme" content="light dark">',
         f"<title>{escape(name)}: {escape(title)}</title>", f"<style>{style()}</style>", "</head>",
         "<body>", "<main>", linked(over, "Slipstick", home) if home else paragraph(over, "over"),
-        f"<h1>{escape(title)}</h1>", *top,
-        *([f'<aside class="warnings" id="warnings" aria-label="Warnings">\n{warned}\n</aside>'] if warned else []),
-        contents(body), *body, "</main>", "</body>", "</html>", ""])
+        *([] if box else aside), f"<h1>{escape(title)}</h1>", *box, *(aside if box else []),
+        *facts, contents(body), *body, "</main>", "</body>", "</html>", ""])
 
 
 def linked(text: str, word: str, address: str) -> str:
@@ -50,7 +51,7 @@ def home_of(job: Mapping[str, Any]) -> str:
     return "../../../" if job.get("links") else ""
 
 
-def facts(job: Mapping[str, Any], entries: Iterable[str]) -> str:
+def tell_facts(job: Mapping[str, Any], entries: Iterable[str]) -> str:
     """Return what was studied or fitted, with the date, in one line."""
     ended = job.get("ended") or job.get("submitted")
     day = [f"{datetime.datetime.fromisoformat(str(ended)):%-d %B %Y}"] if ended else []

@@ -89,7 +89,7 @@ def numbers(result: Result, physical: Sequence[Mapping[str, Any]],
     intervals, before = {interval["unknown"]: interval for interval in result["intervals"]}, result["before"]
     for kind in ("mean", "std"):
         for index, (axis, family) in enumerate(zip(result["axes"], result["families"], strict=True)):
-            yield (f"{kind} of {in_words(axis)}" + (f" ({family})" if kind == "mean" else ""),
+            yield (in_words(f"{kind} of {axis}") + (f" ({family})" if kind == "mean" else ""),
                    number(before[kind][index]), number(result[kind][index]),
                    *_physical(physical[index], kind, intervals.get(f"{kind} of {axis}")))
     noise = intervals.get("output std")

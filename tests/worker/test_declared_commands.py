@@ -46,7 +46,7 @@ def test_a_table_is_built_verified_and_fitted(folder: Path, capsys: pytest.Captu
     settings = folder / "settings.json"
     settings.write_text('{"population": 12, "generations": 8, "intervals": false}')
     assert main(["fit", str(table), str(runs), *options, "--settings", str(settings)]) == 0
-    fitted = re.search(r"resistance value (\S+) ± \S+ ohm", shown := capsys.readouterr().out)
+    fitted = re.search(r"resistance value (\S+) ohm with a scatter", shown := capsys.readouterr().out)
     assert fitted is not None, shown
     assert float(fitted[1]) == pytest.approx(1.08, abs=0.01)
     inputs = "--mean", "1.08", "--std", "0.01", "--output-std", "0.2 ms"

@@ -7,7 +7,7 @@ from typing import Any
 from slipstick.pictures.study import study_pictures
 from slipstick.pictures.theme import Spec, captions
 from slipstick.report import markup
-from slipstick.report.shell import SIGN, document, facts, figures, home_of, provenance
+from slipstick.report.shell import SIGN, document, figures, home_of, provenance, tell_facts
 from slipstick.report.study import content, parts
 from slipstick.report.study.fits import Fits, same_fit
 from slipstick.report.study.glossary import explain
@@ -40,10 +40,11 @@ def study_page(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits |
             ("recordings", f"{study['recordings']}, SHA-256 {study['recordings_digest']}"),
             ("engagements that count", str(result.experiments)), ("settings digest", result.settings_digest),
             ("settings", "" if changed else "default")])],
-        [markup.paragraph(tell_confidence(result) or lead(result, settings), "lead"), render_box(box, drawn),
-         facts(study, [f"Bench {study['bench']}" if study.get("bench") else "", f"recordings {study['recordings']}",
-                       many(result.experiments, "engagement")
-                       + f", {len(result.set_aside)} more set aside" * bool(result.set_aside)]),
+        [markup.paragraph(tell_confidence(result) or lead(result, settings), "lead"), render_box(box, drawn)],
+        [tell_facts(study, [
+            f"Bench {study['bench']}" if study.get("bench") else "", f"recordings {study['recordings']}",
+            many(result.experiments, "engagement")
+            + f", {len(result.set_aside)} more set aside" * bool(result.set_aside)]),
          markup.paragraph(SIGN, "note")], home_of(study))
 
 

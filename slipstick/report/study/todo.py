@@ -11,7 +11,7 @@ from slipstick.pictures.study.words import argument, effect_title, within
 from slipstick.pictures.theme import in_words
 from slipstick.pictures.units import number, scale, with_unit
 from slipstick.report.study.parts import Entries, File, Files, Items, Part, Section, Table
-from slipstick.report.study.simulation import lead, values_of
+from slipstick.report.study.simulation import lead, tell_confidence, values_of
 from slipstick.report.study.words import channel, coefficient_row, many
 from slipstick.report.words import listed
 from slipstick.studies.export import has_table, law_table
@@ -38,6 +38,7 @@ def advise(result: StudyResult, figures: Figures, settings: StudySettings, cauti
     if result.gap is not None:
         entries.append(("Take over as well:", "the other parameters of the extended model, in the table of “The fitted "
                         "simulation of the whole bench”: they were fitted beside the findings."))
+    if tell_confidence(result):
         entries.append(("What it is worth:", lead(result, settings)))
     seen = [text for finding in result.findings if finding.law is not None
             if (text := describe_seen(finding, finding.law))]

@@ -94,7 +94,7 @@ def test_a_machine_without_the_effect_lacks_nothing(folder: Path) -> None:
     study = slipstick.study(Machine.open(folder / "mine.py"), folder / "of_mine.h5", progress=False)
     assert study.answer == "Nothing is missing that these recordings could show"
     assert (study.result.kind, study.result.gap, study.findings) == ("none", None, [])
-    assert list(study.pictures()) == ["signals"]
+    assert list(study.pictures()) == ["overlay", "signals"]
 
 
 def test_a_calibration_tells_parameters_and_what_is_left(folder: Path) -> None:
@@ -110,7 +110,7 @@ def test_a_study_is_saved_and_opened_with_its_pictures(studied: MachineStudy, tm
     again = slipstick.open_result(studied.save(tmp_path / "study.json"))
     assert isinstance(again, MachineStudy)
     assert again.to_dict() == studied.to_dict()
-    assert list(again.pictures()) == ["law", "signals"]
+    assert list(again.pictures()) == ["overlay", "law", "signals"]
     page = studied.report(tmp_path / "study.html").read_text()
     for text in ("cooling that depends on the temperature", "W/K", "degC", "with the control", "heated plate"):
         assert text in page

@@ -90,7 +90,7 @@ def test_many_unknowns_show_those_that_are_hardest_to_separate(made: Made) -> No
     assert len(spec["vconcat"]) == 4
     assert "10 others are left out" in " ".join(spec["title"]["subtitle"])
     titles = [row["hconcat"][0]["encoding"]["y"]["title"][0] for row in spec["vconcat"]]
-    assert titles[-1] == "output std"
+    assert titles[-1] == "output noise"
 
 
 def test_a_fit_without_its_search_or_intervals_has_no_traces(made: Made) -> None:

@@ -316,7 +316,7 @@ def test_a_fit_of_another_machine_speaks_of_its_output(made: Callable[..., dict[
     differences = pictures(output)["comparison"]["datasets"]["experiments"][0]
     assert differences["difference after"] == pytest.approx(differences["measured"] - differences["after"], abs=1e-5)
     rows = {row[0]: row for row in numbers(output["result"], output["physical"], Output.of(output["figure_data"]))}
-    assert float(rows["output std [rpm]"][2]) == pytest.approx(output["result"]["output_std"], rel=1e-3)
+    assert float(rows["output noise [rpm]"][2]) == pytest.approx(output["result"]["output_std"], rel=1e-3)
 
 
 def test_a_propagation_for_another_machine_speaks_of_its_output() -> None:

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
@@ -10,14 +11,15 @@ from xml.etree import ElementTree
 import pytest
 
 from slipstick.pictures import units
-from slipstick.pictures.study import CAPTIONS, Spec, study_pictures, surfaces
+from slipstick.pictures.study import NAMES, Spec, study_pictures, surfaces
 from slipstick.studies import StudyResult, StudySettings
 from slipstick.studies.figures import Figures
 from slipstick.studies.result import Candidate, FindingResult, Gap, Law, SimulationResult
 
 Studied = Callable[[str], tuple[StudyResult, Figures]]
 Marks = Callable[[Spec, str], list[ElementTree.Element]]
-DATA = {"law": "symbol", "evidence": "symbol", "times": "symbol", "gap": "symbol", "signals": "line"}
+DATA = {"overlay": "line", "law": "symbol", "evidence": "symbol", "times": "symbol", "blocks": "symbol",
+        "gap": "symbol", "signals": "line"}
 """Name of a picture -> kind of the marks of its data."""
 
 
@@ -37,14 +39,15 @@ def with_findings(result: StudyResult, *findings: FindingResult) -> StudyResult:
 
 
 @pytest.mark.parametrize(("name", "drawn"), [
-    ("friction", ["law", "evidence", "gap", "signals"]), ("nothing", ["evidence", "signals"]), ("torque", ["signals"]),
-    ("times", ["times"]),
-    pytest.param("drag", ["law", "evidence", "gap", "signals"], marks=pytest.mark.slow)])
+    ("friction", ["overlay", "law", "evidence", "blocks", "gap", "signals"]),
+    ("nothing", ["overlay", "blocks", "signals"]), ("torque", ["overlay", "signals"]), ("times", ["times"]),
+    pytest.param("drag", ["overlay", "law", "evidence", "blocks", "gap", "signals"], marks=pytest.mark.slow)])
 def test_every_picture_can_be_rendered(studied: Studied, marks: Marks, name: str, drawn: list[str]) -> None:
     specs = study_pictures(*studied(name))
     assert list(specs) == drawn
-    assert set(specs) < set(CAPTIONS)
+    assert set(specs) < set(NAMES)
     for key, spec in specs.items():
+        assert spec["description"]
         assert marks(spec, DATA[key])
         json.dumps(spec, allow_nan=False)
 
@@ -54,8 +57,8 @@ def test_the_law_of_friction_falls_with_slip_beside_its_formula(studied: Studied
     one = result.findings[0]
     assert one.law is not None
     spec = study_pictures(result, figures)["law"]
-    assert spec["title"]["text"].startswith("The friction coefficient falls by ")
-    assert spec["title"]["text"].endswith(" % of the model's value as the slip of the plates grows")
+    assert re.fullmatch(r"The friction coefficient falls by [\d.]+ % as the slip of the plates grows from [\d.]+ to "
+                        r"\d+ rad/s", spec["title"]["text"])
     assert "up to a constant" in " ".join(spec["title"]["subtitle"])
     assert len(marks(spec, "symbol")) == len(one.law.change)
     assert len(marks(spec, "line")) == 2  # the law and the formula
@@ -72,8 +75,53 @@ def test_a_law_that_is_not_monotonic_varies(studied: Studied) -> None:
     one = result.findings[0]
     assert one.law is not None
     bent = law_of(one, change=[abs(place - 7) * 0.01 for place in range(len(one.law.change))])
-    assert "varies by 7 % of the model's value with the slip" in study_pictures(
-        with_findings(result, bent), figures)["law"]["title"]["text"]
+    # 7 % of its first value, which is 7 % above the mean; without a free constant, of the model's value.
+    for up_to, size in (("constant", "6.54 %"), ("nothing", "7 % of the model's value")):
+        drawn = study_pictures(with_findings(result, law_of(bent, up_to=up_to)), figures)["law"]
+        assert f"varies by {size} with the slip" in drawn["title"]["text"]
+
+
+def test_the_change_of_a_law_does_not_depend_on_its_constant(studied: Studied) -> None:
+    result, figures = studied("friction")
+    one = result.findings[0]
+    assert one.law is not None
+    moved = law_of(one, **{name: [1.1 * (1 + value) - 1 for value in getattr(one.law, name)]
+                           for name in ("change", "lower", "upper")})
+    first, second = (study_pictures(with_findings(result, each), figures)["law"]["title"]["text"]
+                     for each in (one, moved))
+    assert first == second
+
+
+def test_captions_speak_of_what_is_drawn(studied: Studied) -> None:
+    result, figures = studied("friction")
+    one, gap = result.findings[0], result.gap
+    assert gap is not None
+    captions = {name: spec["description"] for name, spec in study_pictures(result, figures).items()}
+    assert "Blue:" in captions["law"]
+    assert "The control is" in captions["gap"]
+    bare = replace(result, findings=[law_of(one, formula=None, up_to="nothing")], gap=replace(gap, control=None))
+    fewer = {name: spec["description"] for name, spec in study_pictures(bare, figures).items()}
+    assert "Blue:" not in fewer["law"]
+    assert "up to a constant" not in fewer["law"]
+    assert "The control is" not in fewer["gap"]
+    assert "Dots:" not in study_pictures(with_findings(result, lag_of(one)), figures)["law"]["description"]
+
+
+def test_the_first_picture_has_the_signal_in_which_the_finding_shows_best(studied: Studied) -> None:
+    result, figures = studied("friction")
+    spec = study_pictures(result, figures)["overlay"]
+    signal = next(name for name in figures.engagements[0].measured if name.replace("_", " ") in spec["title"]["text"])
+    worst = figures.engagements[0]
+    curves = [layer["data"]["values"] for layer in spec["vconcat"][0]["layer"] if layer["mark"]["type"] == "line"]
+    kept = len(curves[0])
+    for curve, values in zip(curves, (worst.measured[signal], *(worst.models[who][signal] for who in worst.models)),
+                             strict=True):
+        assert [row["y"] for row in curve] == pytest.approx(values[:kept], rel=1e-3)
+    errors = {who: math.sqrt(sum((a - b) ** 2 for a, b in zip(worst.measured[signal], worst.models[who][signal],
+                                                              strict=True)) / len(worst.time)) for who in worst.models}
+    for who in ("before", "after"):
+        assert f"{errors[who]:.2g} " in spec["title"]["text"]
+    assert errors["after"] < 0.8 * errors["before"]
 
 
 def test_the_slope_of_a_law_known_up_to_a_line_is_not_stated(studied: Studied) -> None:
@@ -149,17 +197,17 @@ def test_differences_are_measured_minus_predicted(studied: Studied) -> None:
     high = [replace(one, measured={name: [value + 100 for value in values] for name, values in one.measured.items()})
             for one in figures.engagements]
     title = study_pictures(result, replace(figures, engagements=high))["signals"]["title"]["text"]
-    assert title.startswith("In the worst engagements, the pressure is off by 1e+02 bar")
+    assert title.startswith("In the 3 worst engagements, the pressure is off by 1e+02 bar")
 
 
 def test_a_block_in_which_single_engagements_stand_out_is_not_explained(studied: Studied) -> None:
     result, figures = studied("nothing")
-    assert "no block is left unexplained" in study_pictures(result, figures)["evidence"]["title"]["text"]
+    assert "No block is left unexplained" in study_pictures(result, figures)["blocks"]["title"]["text"]
     odd = replace(result, blocks=[replace(block, outlying=[4] if block.name == "load" else [])
                                   for block in result.blocks])
-    spec = study_pictures(odd, figures)["evidence"]
+    spec = study_pictures(odd, figures)["blocks"]
     assert f"1 of {len(result.blocks)} blocks is not explained" in spec["title"]["text"]
-    assert [row["series"] == "not explained" for row in spec["vconcat"][0]["data"]["values"]] == [
+    assert [row["series"] == "not explained" for row in spec["data"]["values"]] == [
         block.name == "load" for block in result.blocks]
 
 
@@ -168,8 +216,9 @@ def test_the_evidence_that_is_drawn_is_the_one_that_is_told(studied: Studied) ->
     rival = Candidate("pressure_dependent_friction", "friction coefficient", "pressure", 90.0, 1.2)
     one = replace(result.findings[0], errors=8.7, rivals=[rival])
     settings = StudySettings.from_dict({"naming": {"errors": 5.0, "apart": 3.0}})
-    gains, blocks = study_pictures(with_findings(result, one), figures, None, settings)["evidence"]["vconcat"]
-    first, second = gains["data"]["values"]
+    specs = study_pictures(with_findings(result, one), figures, None, settings)
+    blocks = specs["blocks"]
+    first, second = specs["evidence"]["data"]["values"]
     # 8.7 standard errors: a 90 % interval that is 1.645 of them wide to either side, and far from zero.
     assert (first["value"], first["least"]) == (8.7, 5.0)
     assert (first["low"], first["high"]) == pytest.approx((8.7 - 1.645, 8.7 + 1.645), abs=1e-3)
@@ -181,6 +230,16 @@ def test_the_evidence_that_is_drawn_is_the_one_that_is_told(studied: Studied) ->
         [block.chi_square for block in result.blocks], rel=1e-4)
     thresholds = [layer["encoding"]["x"]["datum"] for layer in blocks["layer"][:2]]
     assert thresholds == pytest.approx([1.0, math.exp(5.0 * 0.05)])
+
+
+def test_the_evidence_shows_a_finding_against_another_explanation_or_nothing(studied: Studied) -> None:
+    result, figures = studied("friction")
+    one = result.findings[0]
+    assert one.next_best is not None
+    rows = study_pictures(result, figures)["evidence"]["data"]["values"]
+    assert [row["value"] for row in rows] == pytest.approx([one.errors, one.next_best.behind], rel=1e-4)
+    alone = with_findings(result, replace(one, rivals=[], next_best=None))
+    assert "evidence" not in study_pictures(alone, figures)
 
 
 def test_an_interval_of_a_size_that_contains_zero_is_explained(studied: Studied) -> None:

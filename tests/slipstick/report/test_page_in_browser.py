@@ -12,10 +12,12 @@ from selenium import webdriver
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.wait import WebDriverWait
 
+from slipstick.law_files import write_law
 from slipstick.pictures import CAPTIONS, theme
 from slipstick.report import page
 from slipstick.report.study.page import study_page
 from slipstick.studies import StudyResult, StudySettings
+from slipstick.studies.export import law_table
 from slipstick.studies.figures import Figures
 
 FIT = {"id": "first-fit", "table": "nominal", "table_digest": "a1b2", "recordings": "<b>mine</b>",
@@ -64,7 +66,7 @@ def test_every_picture_of_a_fit_is_drawn_without_a_network(
 
 
 @pytest.mark.parametrize(("name", "hostile", "drawn"), [
-    ("friction", False, 5), ("friction", True, 5), ("nothing", False, 2), ("times", False, 1)])
+    ("friction", False, 7), ("friction", True, 7), ("nothing", False, 3), ("times", False, 1)])
 def test_every_picture_of_a_study_is_drawn_without_a_network(
         shows: Shows, studied: Callable[[str], tuple[StudyResult, Figures]],
         both_fits: dict[str, dict[str, Any]], name: str, hostile: bool, drawn: int) -> None:
@@ -74,6 +76,23 @@ def test_every_picture_of_a_study_is_drawn_without_a_network(
         result = replace(result, sentence=HOSTILE[0], findings=[replace(one, **named) for one in result.findings])
     output = {"result": asdict(result), "figure_data": asdict(figures), "seconds": {}, "processor_seconds": {}}
     shows(study_page(STUDY, output, both_fits if name == "friction" else None), drawn, 140)
+
+
+def test_contents_lead_to_sections_and_files_are_saved_without_a_network(
+        browser: webdriver.Chrome, studied: Callable[[str], tuple[StudyResult, Figures]], tmp_path: Path) -> None:
+    result, figures = studied("friction")
+    output = {"result": asdict(result), "figure_data": asdict(figures), "seconds": {}, "processor_seconds": {}}
+    path = tmp_path / "report.html"
+    path.write_text(study_page(STUDY, output))
+    browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(tmp_path)})
+    browser.get(path.as_uri())
+    link = browser.find_element(By.CSS_SELECTOR, ".contents a[href='#limitations']")
+    link.click()
+    assert browser.execute_script("return document.querySelector('#limitations').getBoundingClientRect().top < 900")
+    browser.find_element(By.LINK_TEXT, "CSV").click()
+    law = tmp_path / "friction_coefficient_over_slip.csv"
+    WebDriverWait(browser, 20).until(lambda _: law.exists() and law.stat().st_size)
+    assert law.read_bytes() == write_law(law_table(result.findings[0]), ".csv")
 
 
 @pytest.fixture

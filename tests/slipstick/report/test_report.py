@@ -30,10 +30,12 @@ def test_the_page_reports_the_results(made: Made, reading: Read) -> None:
                  "up to 1.01 (open below)", "up to 1.616 bar (open below)",
                  "0.99 to 1.01", "1.584 to 1.616 bar", "Limited above only: mean of pressure bias.",
                  "Limited on both sides (90 %): mean of "
-                 "initial position, std of pressure bias, std of initial position and output std.",
+                 "initial position, scatter of pressure bias, scatter of initial position and output noise.",
                  "Identified: 1.00 × mean of pressure bias + 1.00 × mean of initial position, standard error "
                  "1\u00a0% of the range.",
-                 "search 9 s", "a1b2", "c3d4", "seed 7", "a bench", "recordings are simulated"):
+                 "search 9 s", "a1b2", "c3d4", "a bench",
+                 "mean searched from 0.5 to 1.5 multiples of nominal; random numbers from seed 7",
+                 "recordings are simulated"):
         assert text in parsed.text, text
     assert parsed.count("figure") == len(CAPTIONS)
 
@@ -70,7 +72,8 @@ def test_nothing_in_the_data_becomes_markup(made: Made, reading: Read) -> None:
     assert hostile.count("img") == 0
     assert hostile.count("script") == tame.count("script") == 0
     assert hostile.text.count("<script>alert(1)</script>") > 10
-    assert not any({"src", "href", "action"} & attributes.keys() for _, attributes in tame.elements)
+    assert not any({"src", "action"} & attributes.keys() for _, attributes in tame.elements)
+    assert all((attributes.get("href") or "#").startswith("#") for _, attributes in tame.elements)
     assert re.search(r"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\"", html)
 
 
@@ -139,10 +142,10 @@ def test_values_at_a_bound_are_in_the_headline_and_warnings_before_it(made: Made
          "remedy": "Interpret this as no scatter", "at_bound": True},
         {"unknown": "pressure_bias", "cause": "2 % of the runs have pressure_bias outside", "remedy": "Build a table"}]
     text = reading(page(FIT, output)).text.split("</title>")[-1]
-    headline = "fitted to 216 engagements of “measured”, with std of pressure bias at its bound"
+    headline = "fitted to 216 engagements of “measured”, with scatter of pressure bias at its bound"
     assert headline in text
     body = text[text.index("Slipstick ·"):]
-    assert body.index("The std of pressure bias is at its lower bound") < body.index(headline)
+    assert body.index("The scatter of pressure bias is at its lower bound") < body.index(headline)
     assert body.index(headline) < body.index("log10 likelihood −300.00")
     assert "at its bound" not in reading(page(FIT, made())).text
 
@@ -185,6 +188,33 @@ def test_the_numbers_include_correlations(made: Made) -> None:
     assert rows[4][3] == "10 ms"
     assert rows[-2] == ("correlation of pressure bias and initial position", "0", "−0.6", "", "", "")
     assert rows[-1] == ("partial correlation of a and b given c", "0", "0.2", "", "up to 0.5 (open below)", "")
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_table_ii_is_in_the_report_of_a_fit_of_the_inputs_of_the_paper_alone(made: Made, reading: Read) -> None:
+    assert "Table II" in reading(page(FIT, made())).text
+    other = made(("pressure_bias",))
+    assert "Table II" not in reading(page(FIT, other)).text
+    assert "Table II" in reading(page(FIT, other, other_method=made(("pressure_bias",)))).text
+
+
+def test_the_settings_are_said_in_words() -> None:
+    settings = {"families": ["normal", "gamma"], "std_bounds": [[0.002, 0.3], [0.01, 0.1]], "method": "classic",
+                "grid": 6, "output_std_bounds": [0.001, 0.05], "refine": False, "intervals": True, "level": 0.9,
+                "correlated": True}
+    assert words.settings_of(settings, ["pressure_bias", "initial_position"]) == (
+        "distributions of the inputs: normal (pressure bias) and gamma (initial position); scatter searched from "
+        "0.002 to 0.3 (pressure bias) and 0.01 to 0.1 (initial position) multiples of nominal; output noise searched "
+        "from 0.001 to 0.05 s; inputs may be correlated; classic search on a grid of 6 values for each unknown; no "
+        "refinement; profile-likelihood intervals of 90 %")
+
+
+def test_a_scatter_does_not_read_as_an_uncertainty(made: Made, reading: Read) -> None:
+    said = words.fitted([{"name": "initial_position", "unit": "m", "mean": 7.02e-4, "std": 7.22e-5}])
+    assert said == "initial position 0.702 mm with a scatter of 0.0722 mm"
+    text = reading(page(FIT, made())).text
+    assert "scatter of initial position" in text
+    assert "std of" not in text
 
 
 def test_table_ii_compares_both_methods_with_the_paper(made: Made) -> None:

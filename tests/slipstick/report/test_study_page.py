@@ -1,5 +1,6 @@
 """The HTML report of a study: answer, warnings, findings with their evidence, blocks, gap, limitations, and fits."""
 
+import base64
 import json
 import re
 from collections.abc import Callable
@@ -9,12 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from slipstick.confirmation.simulated import RANDOM
+from slipstick.law_files import FORMATS, write_law
 from slipstick.pictures.study import study_pictures
 from slipstick.report.study.fits import numbers, same_fit
 from slipstick.report.study.limits import limits
 from slipstick.report.study.page import study_page
+from slipstick.report.study.simulation import lead, values_of
 from slipstick.report.study.warnings import warnings
 from slipstick.studies import StudyResult, StudySettings
+from slipstick.studies.export import law_table
 from slipstick.studies.figures import Figures
 from slipstick.studies.result import (
     Candidate,
@@ -57,14 +62,151 @@ def test_the_page_reports_what_is_missing_and_its_evidence(studied: Studied, rea
     one = result.findings[0]
     parsed = reading(page(result, figures))
     for phrase in ("Missing: slip-speed-dependent friction", "Finding: slip-speed-dependent friction",
-                   f"rises by {one.nats:.0f} nats in the block “pressure, slip → torque in full contact”",
+                   f"rises by {one.nats:.0f} nats (",
+                   "factors of ten) in the block “pressure, slip → torque in full contact”",
                    "alpha (1 + strength exp(", "Bo and Pavelescu", "decay speed", "90 % interval",
                    "supports the finding", "it changes the shifting time by", "Blocks of the model",
                    "gap closed (90 %)", "brake torque", "A name is a pair and a shape", "confirm 9 s", "c3d4",
                    result.settings_digest):
         assert phrase in parsed.text, phrase
     order = [attributes.get("id") for tag, attributes in parsed.elements if tag == "figure"]
-    assert order == ["picture-law", "picture-evidence", "picture-gap", "picture-signals"]
+    assert order == [f"picture-{name}" for name in ("overlay", "law", "evidence", "blocks", "gap", "signals")]
+
+
+def box_of(text: str) -> str:
+    return text[text.index("What to do"):text.index("All differences are measured")]
+
+
+def files_of(parsed: Any) -> dict[str, bytes]:
+    """File name -> content of what a page offers to download."""
+    return {str(attributes["download"]): base64.b64decode(str(attributes["href"]).partition(";base64,")[2])
+            for tag, attributes in parsed.elements if tag == "a" and "download" in attributes}
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_page_begins_with_what_to_do(studied: Studied, reading: Read) -> None:
+    result, figures = studied("friction")
+    one, after = result.findings[0], result.after
+    assert after is not None
+    assert one.counted is not None
+    text = reading(page(result, figures, {**STUDY, "bench": "heavy"})).text
+    body = text[text.index("Slipstick ·"):]
+    # The answer, how sure it is, what to do, and what was studied, before any section.
+    order = [body.index(words) for words in (
+        "Missing: slip-speed-dependent friction", f"Confidence {one.confidence:.2f}: of {one.counted.of} findings",
+        "What to do", "Bench heavy · recordings few · 24 engagements · 1 November 2026", "Measured and simulated")]
+    assert order == sorted(order)
+    box = box_of(body)
+    for each in one.confirmation.coefficients:
+        assert f"{each.value:#.4g}" in box
+        assert f"{each.lower:#.4g} to {each.upper:#.4g}" in box
+    mean, error = after.parameters["friction_coefficient"], after.errors["friction_coefficient"]
+    alpha = 1e5 * after.model["parameters"]["friction_coefficient"]
+    nominal = alpha / (1 + mean)
+    ends = [alpha + sign * 1.6449 * error * nominal for sign in (-1, 1)]
+    assert f"{alpha:.4g} N m/bar" in box
+    assert f"{ends[0]:.4g} to {ends[1]:.4g} N m/bar" in box
+    assert f"{nominal:#.4g} N m/bar" in box
+    speeds = figures.conditions["motor_speed"] or []
+    assert f"motor speed {min(speeds):.4g} to {max(speeds):.4g} rad/s" in box
+    assert "Next experiment:" in box
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_laws_and_model_are_in_the_page_as_files(studied: Studied, reading: Read) -> None:
+    result, figures = studied("friction")
+    assert result.after is not None
+    files = files_of(reading(page(result, figures)))
+    law = law_table(result.findings[0])
+    assert files == {**{f"{law.name}{suffix}": write_law(law, suffix) for suffix in FORMATS},
+                     "extended_model.json": f"{json.dumps(result.after.model, indent=1)}\n".encode()}
+    assert len(FORMATS) == 4
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_same_quantity_has_the_same_number_everywhere(studied: Studied, reading: Read) -> None:
+    result, figures = studied("friction")
+    text, specs = reading(page(result, figures)).text, study_pictures(result, figures)
+    headline = specs["law"]["title"]["text"]
+    box = box_of(text)
+    assert f"Measured: {headline}." in box
+    assert f"Measured law: {headline}." in text
+    # The formula follows the law: their changes, by one function, differ by little.
+    fall = float(re.findall(r"falls by ([\d.]+) %", headline)[0])
+    by_formula = float(re.findall(r"The equation gives ([\d.]+) % there", box)[0])
+    assert by_formula == pytest.approx(fall, rel=0.15)
+    before, after = re.findall(r"falls from ([\d.]+) to ([\d.]+) ms", specs["gap"]["title"]["text"])[0]
+    assert f"goes from {before} to {after} ms" in box
+    assert re.search(rf"shifting time \[ms\]\s*{before}\s*{after}", text)
+    assert text.count(f"friction coefficient = {text.split('friction coefficient = ')[1][:30]}") == 2
+
+
+def test_what_is_closed_by_chance_beyond_the_gap_is_all_of_it(studied: Studied) -> None:
+    result, _ = studied("friction")
+    assert result.gap is not None
+    time = replace(result.gap.closures["shifting_time"], rms_before=24e-3, rms_after=7.0e-3, rms_expected=7.42e-3,
+                   closure=1.01, lower=0.97, upper=1.06)
+    gap = replace(result.gap, closures={**result.gap.closures, "shifting_time": time})
+    said = lead(replace(result, gap=gap), StudySettings())
+    assert "goes from 24.0 to 7.00 ms" in said
+    assert "alone leave 7.42 ± 1.1 ms. That closes 100 % (97 to 106) of the gap." in said
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_parameters_at_a_bound_and_undetermined_ones_are_marked(studied: Studied, reading: Read) -> None:
+    result, figures = studied("friction")
+    assert result.after is not None
+    for fit in (result.before, result.after):
+        assert fit is not None
+        assert set(fit.errors) == set(fit.parameters)
+        assert set(fit.at_bound) == {name for name, (prior, _) in RANDOM.items()
+                                     if abs(fit.parameters[name]) > 0.99 * 3 * prior}
+    marked = replace(result, after=replace(result.after, at_bound=["ramp_share"], undetermined=["piston_return"]))
+    text = re.sub(r"\s+", " ", reading(page(marked, figures)).text)
+    change, other = (re.sub("-", "−", f"{100 * result.after.parameters[name]:+.2f} %")
+                     for name in ("ramp_share", "piston_return"))
+    assert f"{change} (at a bound)" in text
+    assert f"{other} (not determined)" in text
+    values = {value.name: value for value in values_of(marked.after, 0.9)} if marked.after else {}
+    assert (values["ramp share"].interval, values["ramp share"].remark) == ("", "at a bound")
+    assert (values["piston return"].interval, values["piston return"].remark) == ("", "not determined")
+    assert values["current delay"].interval
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_service_is_linked_and_sections_are_listed(studied: Studied, reading: Read) -> None:
+    result, figures = studied("nothing")
+    served = {**STUDY, "links": {"self": "/v1/studies/first-study"}}
+    linked = reading(page(result, figures, served)).elements
+    assert next(attributes["href"] for tag, attributes in linked if tag == "a") == "../../../"  # of /v1/studies/first-study/report
+    alone = reading(page(result, figures))
+    assert "../../../" not in [attributes.get("href") for _, attributes in alone.elements]
+    sections = [f"#{attributes['id']}" for tag, attributes in alone.elements if tag == "section"]
+    listed = [attributes["href"] for tag, attributes in alone.elements if tag == "a" and "download" not in attributes]
+    assert listed == [place for place in sections if place != "#what-to-do"]
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_box_decides_where_nothing_or_something_unknown_is_missing(studied: Studied, reading: Read) -> None:
+    result, figures = studied("nothing")
+    parsed = reading(page(result, figures))
+    assert "Keep the model: add nothing to it." in box_of(parsed.text)
+    assert list(files_of(parsed)) == ["refitted_model.json"]
+    block = result.blocks[0]
+    left = replace(result, kind="unlisted", blocks=[replace(block, unexplained=True, outlying=[5]), *result.blocks[1:]])
+    box = box_of(reading(page(left, figures)).text)
+    assert f"Do not rely on its predictions of “{block.signals}”." in box
+    assert "Look first at the signals of 1 engagement: 5." in box
+    assert "Keep the model" not in box
+    assert "record pressure, input speed and output speed as well" in box_of(reading(page(*studied("torque"))).text)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_words_are_explained_where_they_are_used(studied: Studied, reading: Read) -> None:
+    friction, nothing = (reading(page(*studied(name))).text for name in ("friction", "nothing"))
+    assert "Nats: natural logarithm" in friction
+    assert "Control: a wrong effect" in friction
+    assert "Control:" not in nothing
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -91,7 +233,7 @@ def test_warnings_come_before_the_findings(studied: Studied, reading: Read) -> N
     assert "something that no law explains" in text
     assert text.index("Set aside") < text.index("Finding: slip-speed-dependent friction")
     body = text[text.index("Slipstick ·"):]
-    assert body.index("Unexplained:") < body.index("Missing: slip-speed-dependent friction")
+    assert body.index("Mind the warnings below: Set aside:") < body.index("Unexplained: “current")
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -203,6 +345,8 @@ def test_a_tie_names_its_rivals_and_the_experiments_that_break_it(studied: Studi
     text = reading(page(tie, figures)).text
     assert "pressure-dependent friction (90 nats, behind by 1.2 standard errors)" in text
     assert "do not tell slip-speed-dependent friction from pressure-dependent friction." in text
+    assert ("Next experiment: profile 3, motor 239 rad/s, 4.8 kg m², brake 16 N m: 12 runs tell slip-speed-dependent "
+            "friction from pressure-dependent friction, mostly by the output torque.") in text
     same = changed(tie, rivals=[])
     assert "Same quantity and dependence: pressure-dependent friction would" in reading(page(same, figures)).text
     assert "from another effect of the same quantity" in said(changed(same, experiments=[]))
@@ -247,9 +391,9 @@ def test_the_equation_has_the_coefficients_and_the_refitted_parameter(studied: S
     result, figures = studied("friction")
     assert result.after is not None
     strength, decay = (f"{each.value:.4g}" for each in result.findings[0].confirmation.coefficients)
-    alpha = f"{result.after.model['parameters']['friction_coefficient']:.4g}"
+    alpha = f"{1e5 * result.after.model['parameters']['friction_coefficient']:.4g}"
     assert (f"Equation: friction coefficient = alpha (1 + {strength} exp(-|plate slip| / ({decay} rad/s))), where "
-            f"alpha = {alpha} N m/Pa in the refitted model.") in reading(page(result, figures)).text
+            f"alpha = {alpha} N m/bar in the extended model.") in reading(page(result, figures)).text
 
 
 def unlisted(one: FindingResult) -> FindingResult:
@@ -329,7 +473,9 @@ def test_nothing_in_the_data_becomes_markup(studied: Studied, reading: Read) -> 
     assert len(html) < 1_500_000
     assert re.search(r"Content-Security-Policy\" content=\"default-src 'none'", html)
     tame = reading(html)
-    assert not any({"src", "href", "action"} & attributes.keys() for _, attributes in tame.elements)
+    assert not any({"src", "action"} & attributes.keys() for _, attributes in tame.elements)
+    assert all(address.startswith(("#", "data:")) for _, attributes in tame.elements
+               if (address := attributes.get("href")) is not None)
     one = result.findings[0]
     coefficients = [replace(entry, name=HOSTILE, unit=HOSTILE) for entry in one.confirmation.coefficients]
     hostile = replace(
@@ -381,7 +527,7 @@ def test_the_numbers_of_both_fits_are_in_units(both_fits: dict[str, dict[str, An
     assert list(numbers(RESULT, both_fits)) == [
         ("log10 likelihood", "−389.00", "−269.00"),
         ("mean of pressure bias [bar]", "3.2", "1.6"), ("mean of initial position [mm]", "0.5", "0.5"),
-        ("std of pressure bias [bar]", "0.16", "0.08"), ("std of initial position [mm]", "0.025", "0.025"),
+        ("scatter of pressure bias [bar]", "0.16", "0.08"), ("scatter of initial position [mm]", "0.025", "0.025"),
         ("output noise [ms]", "12", "3")]
     both_fits["before"]["result"]["log10_likelihood"] = None
     assert next(numbers(RESULT, both_fits)) == ("log10 likelihood", "−∞", "−269.00")
