@@ -47,20 +47,22 @@ def list_signals(answer: Identification) -> dict[str, np.ndarray]:
 class Expected:
     """A law that should be named, stated at `places` (m,) beyond the first of them; a `form` of it may be known.
 
-    The form is a function of places and parameters, written as `formula` with these names.
+    The form is a function of places and parameters, written as `formula` with these names. A variable that `is_stepped`
+    is at these places alone, but for instants at which it changes.
     """
 
     pair: Pair
     places: tuple[float, ...]
     formula: str = ""
     form: Callable[..., np.ndarray] | None = None
+    is_stepped: bool = False
 
 
 def state_law(law: Expected, fit: Fit) -> Iterator[Row]:
     """Yield the changes of a law, and the parameters of its form; nothing where the fit has no such law."""
     if law.pair not in fit.laws:
         return
-    band, (quantity, variable) = measure_changes(law, fit), law.pair
+    band, (quantity, variable) = measure_changes(law, fit, np.array(law.places)), law.pair
     for place, value, error in zip(band.x[1:], band.value[1:], band.std[1:], strict=True):
         yield Row(f"{quantity} at {variable} {place:g}", float(value), float(error), measure(fit, law.pair).unit)
     for name, (value, error) in fit_form(law, band)[1].items():
@@ -68,20 +70,22 @@ def state_law(law: Expected, fit: Fit) -> Iterator[Row]:
 
 
 def plot_law(law: Expected, fit: Fit) -> Iterator[Panel]:
-    """Yield the panel of a law beside its form; nothing where the fit has no such law."""
+    """Yield the panel of a law, as fine as it was measured, beside its form; nothing where the fit has no such law."""
     if law.pair in fit.laws:
-        band, (quantity, variable) = measure_changes(law, fit), law.pair
-        unit = measure(fit, law.pair).unit
-        yield Panel(variable, f"{quantity}, {unit}" if unit else quantity, [band], fit_form(law, band)[0])
+        (quantity, variable), measured, places = law.pair, measure(fit, law.pair), np.array(law.places)
+        inner = measured.x[(measured.x > places.min()) & (measured.x < places.max()) & (not law.is_stepped)]
+        form = fit_form(law, measure_changes(law, fit, places))[0]
+        yield Panel(variable, ", ".join(filter(None, (quantity, measured.unit))),
+                    [measure_changes(law, fit, np.union1d(places, inner))], form)
 
 
-def measure_changes(law: Expected, fit: Fit) -> Band:
-    """Return what a law is at its places beyond what it is at the first of them."""
+def measure_changes(law: Expected, fit: Fit, x: np.ndarray) -> Band:
+    """Return what a law is at x (m,) beyond what it is at the first of its places."""
     measured = measure(fit, law.pair)
-    hats = np.array([np.interp(law.places, measured.x, row) for row in np.eye(len(measured.x))]).T
-    hats -= hats[0]
+    hats = np.array([np.interp(x, measured.x, row) - np.interp(law.places[0], measured.x, row)
+                     for row in np.eye(len(measured.x))]).T
     std = np.sqrt(np.einsum("mi,ij,mj->m", hats, measured.covariance, hats))
-    return Band(law.pair[0], np.array(law.places), hats @ measured.change, std)
+    return Band(law.pair[0], x, hats @ measured.change, std)
 
 
 def fit_form(law: Expected, band: Band) -> tuple[list[Band], dict[str, tuple[float, float]]]:

@@ -28,7 +28,7 @@ _LATERAL = 0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0
 _RESISTANCES = 15.0, 14.0, 13.0, 12.0, 11.0, 10.0, 9.0, 7.0, 6.0, 5.0, 3.0
 _LAWS = {"force": Expected(("friction torque", "lateral force"), _LATERAL),
          "damper": Expected(("drag", "damper resistance"), _RESISTANCES, "w / (R + r)",
-                            lambda resistance, w, r: w / (resistance + r))}
+                            lambda resistance, w, r: w / (resistance + r), is_stepped=True)}
 """The law that each kind of disturbance should show, and where it is stated: at all resistances in ohm of the files."""
 
 # What acts on the shaft knows neither of the controller nor of its effort, which is the answer to it. An encoder counts

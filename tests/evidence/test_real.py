@@ -2,6 +2,7 @@
 
 import csv
 import gzip
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import scipy
 from evidence import __main__ as evidence
 from evidence import pages
 from evidence.real import command, emps, pneumatic_seals, sum_terms
+from evidence.real.measured import Expected, plot_law, state_law
 from slipstick.engine.evidence import screen
 from slipstick.engine.laws import list_candidates
 from slipstick.engine.recordings import Recorded
@@ -78,6 +80,18 @@ def test_a_law_and_parameters_that_replace_each_other_are_known_in_their_sum(
     assert (std < 0.5 * viscous.error * np.abs(velocity)).any()
     np.testing.assert_allclose(sum_terms(fitted, ("none", ""), velocity, {"viscous friction": velocity})[1],
                                viscous.error * np.abs(velocity), rtol=1e-6)
+
+    law = Expected(pair, (0.02, 0.06, 0.1), "k v", lambda v, k: k * v)
+    changes = sum_terms(fitted, pair, np.array(law.places), {})[0]
+    [panel], rows = plot_law(law, fitted), {row.what: row for row in state_law(law, fitted)}
+    assert rows["friction force at velocity 0.1"].value == pytest.approx(changes[2] - changes[0])
+    assert rows["k of k v"].value == pytest.approx((changes[2] - changes[0]) / 0.08, rel=0.2)
+    [measured], [published] = panel.measured, panel.published
+    np.testing.assert_allclose(np.interp(law.places, measured.x, measured.value), changes - changes[0], atol=1e-9)
+    assert len(measured.x) > len(published.x) == 3
+    [stepped] = plot_law(replace(law, is_stepped=True), fitted)
+    np.testing.assert_array_equal(stepped.measured[0].x, law.places)
+    assert not [*plot_law(replace(law, pair=("none", "")), fitted)]
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from evidence.real import band_brake
+from evidence.real.measured import list_signals
 from evidence.real.signals import average_strokes, find_delay
 from slipstick.engine.bases import play
 from slipstick.engine.laws import list_candidates
@@ -21,15 +22,15 @@ PLAY = 0.15
 """Half of the travel in in, in which the force of the brake turns."""
 
 
-def write(path: Path, hertz: float, rng: np.random.Generator) -> None:
-    """A file of an elastic brake, 14 s long: its force is 80 % of what it becomes after 0.9 of twice the play."""
+def write(path: Path, hertz: float, size: float, rng: np.random.Generator) -> None:
+    """A file of an elastic brake, 14 s long: its force is 80 % of its size in kip after 0.9 of twice the play."""
     time = np.arange(0, 14, 1 / 1024)
     displacement, velocity = np.sin(2 * np.pi * hertz * time), 2 * np.pi * hertz * np.cos(2 * np.pi * hertz * time)
-    force = 2 * (displacement - play(displacement[None], PLAY)[0]) / PLAY
+    force = size * (displacement - play(displacement[None], PLAY)[0]) / PLAY
     columns = [time, displacement, force, velocity, 10 + np.maximum(-500 * force, 0), 10 + np.maximum(500 * force, 0)]
     noise = [0, 1e-4, 1e-2, 1e-2, 1.0, 1.0]
-    rows = np.array([column + size * rng.standard_normal(len(time))
-                     for column, size in zip(columns, noise, strict=True)]).T
+    rows = np.array([column + std * rng.standard_normal(len(time))
+                     for column, std in zip(columns, noise, strict=True)]).T
     with gzip.open(path, "wt") as file:
         np.savetxt(file, rows, fmt="%.7g", delimiter=",", header=HEAD, comments="")
 
@@ -37,9 +38,10 @@ def write(path: Path, hertz: float, rng: np.random.Generator) -> None:
 @pytest.fixture(scope="module")
 def variants(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Recorded]:
     folder, rng = tmp_path_factory.mktemp("band_brake"), np.random.default_rng(4)
-    for name, hertz in (("dataset-1-0.5Hz20lbtension", 0.5), ("dataset-1-1Hz70lbtension", 1.0),
-                        ("dataset-2-0.25Hz0lbtension0.5amplitude", 0.25), ("dataset-2-1Hz36lbtension1amplitude", 1.0)):
-        write(folder / f"{name}.csv.gz", hertz, rng)
+    for name, hertz, size in (("dataset-1-0.5Hz20lbtension", 0.5, 1.0), ("dataset-1-1Hz70lbtension", 1.0, 4.0),
+                              ("dataset-2-0.25Hz0lbtension0.5amplitude", 0.25, 0.5),
+                              ("dataset-2-1Hz36lbtension1amplitude", 1.0, 2.0)):
+        write(folder / f"{name}.csv.gz", hertz, size, rng)
     return band_brake.read(folder)
 
 
@@ -68,10 +70,13 @@ def test_blocks_are_those_of_what_each_variant_has_recorded(variants: dict[str, 
 def test_a_build_up_over_the_travel_is_named_measured_and_drawn(variants: dict[str, Recorded]) -> None:
     answer = identify(variants[band_brake.BUILD_UP], EngineSettings(most=1))
 
-    assert answer.findings[0].pair[1] == "past displacement"
+    assert answer.findings[0].pair == ("share of the friction", "past displacement")
     rows = {row.what: row for row in band_brake.compare(band_brake.BUILD_UP, answer)}
     for what in ("recorded", "explained"):
         assert rows[f"travel to 80 % of the force, {what}"].value == pytest.approx(0.9 * 2 * PLAY, abs=0.03)
+    recorded, explained = list_signals(answer).values()
+    counted = answer.fits[0].models["friction"].part.counted
+    np.testing.assert_allclose(((recorded - explained) * counted).sum(axis=2), 0.0, atol=1e-9)
     assert band_brake.draw({band_brake.BUILD_UP: answer}).startswith(b"<svg")
 
 
