@@ -19,8 +19,8 @@ from ..following import EventStream, FollowingDependency, LastEventId, State
 from ..front.compare import Pair, Side, choice_page, comparison_page
 from ..front.elements import Entry
 from ..front.file_actions import FOLDERS
-from ..front.forms import Form
 from ..front.find import PER_PAGE, Search, Wanted, find_page
+from ..front.forms import Form
 from ..front.holdings import file_entry
 from ..front.job_page import SCRIPTS, Compared, job_page, job_state, pictures_page
 from ..front.jobs import JOB_KINDS, Active, Listed, active_entry, answer_of, ended_entry
