@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
+from slipstick.pictures import units
+
 Columns = Mapping[str, Sequence[float] | None]
 """Columns of conditions: `current_profile`, `motor_speed` in rad/s, `load_inertia` in kg m², `brake_torque` in N m.
 
@@ -17,5 +19,5 @@ def described(conditions: Columns, place: int) -> str:
     for heading, column in conditions.items():
         name, bracket, unit = heading.removesuffix("]").partition(" [")
         if bracket and column is not None:
-            words.append(f"{name.replace('_', ' ')} {column[place]:.5g}{'' if unit == '1' else f' {unit}'}")
+            words.append(units.with_unit(f"{name.replace('_', ' ')} {column[place]:.5g}", units.raised(unit)))
     return ", ".join(words)

@@ -35,7 +35,7 @@ def engagement_findings(steady: SteadyStates, behaviour: Behaviour, known: np.nd
 def _describe(steady: SteadyStates, behaviour: Behaviour, row: int) -> str:
     conditions = steady.bench.conditions
     return (f"condition {row} (profile {conditions.current_profile[row]}, {conditions.motor_speed[row]:.4g} rad/s, "
-            f"{conditions.load_inertia[row]:.4g} kg m^2, brake {conditions.brake_torque[row]:.4g} N m) ends with "
+            f"{conditions.load_inertia[row]:.4g} kg m², brake {conditions.brake_torque[row]:.4g} N m) ends with "
             f"{behaviour.final_slip[row]:.4g} rad/s of slip, the piston reached "
             f"{1e3 * behaviour.furthest_position[row]:.4g} of {1e3 * steady['contact_position']:.4g} mm and the output "
             f"torque {behaviour.largest_torque[row]:.4g} N m")

@@ -88,5 +88,5 @@ def described(setting: Setting, row: int) -> str:
     """A condition in words."""
     if isinstance(setting, Cases):
         return setting.described(row)
-    return (f"{setting.motor_speed[row]:g} rad/s, {setting.load_inertia[row]:g} kg m^2, "
+    return (f"{setting.motor_speed[row]:g} rad/s, {setting.load_inertia[row]:g} kg m², "
             f"{setting.brake_torque[row]:g} N m")

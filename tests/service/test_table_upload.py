@@ -84,7 +84,7 @@ def test_an_uploaded_table_is_used_like_a_built_one(client: httpx.Client, folder
     inputs = {"inputs": {"mean": [1, 1], "std": [0.05, 0.2]}, "table": "used", "conditions": [7]}
     page = client.post("/v1/propagate?format=html", json=inputs)
     assert page.status_code == 200
-    assert "7: speed 150 rad/s, load inertia 1 kg m^2, brake torque 4 N m" in page.text
+    assert "7: speed 150 rad/s, load inertia 1 kg m², brake torque 4 N m" in page.text
     fit = {"table": "used", "recordings": "used-runs", "parameters": ["torque_constant"]}
     assert "simulator is not known" in problem(client.post("/v1/fits", json={**fit, "simulate": True}), 422)["detail"]
     problem(client.post("/v1/fits", json={**fit, "bench": "heavy"}), 422)

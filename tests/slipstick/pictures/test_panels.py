@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from slipstick.pictures import units
+from slipstick.pictures.conditions import described
 from slipstick.pictures.panels import (
     WIDTH,
     Signal,
@@ -91,3 +92,4 @@ def test_a_thumbnail_says_what_it_shows_without_letters() -> None:
 def test_exponents_are_raised(unit: str, shown: str) -> None:
     assert units.raised(unit) == shown
     assert titled("load_inertia", unit) == f"load inertia [{shown}]"
+    assert described({f"load_inertia [{unit}]": [6.0, 0.002]}, 1) == f"load inertia 0.002 {shown}"
