@@ -18,6 +18,8 @@ from .forms import WITHOUT_SCRIPT, Form, folded
 _NO_WORKER = paragraph("No worker is alive. The job waits until one is started: slipstick work", "doing")
 _TEXTS = {"report": "Report", "result": "Result as JSON", "residuals": "Residuals as CSV",
           "model": "Extended model as JSON", "pictures": "Pictures"}
+_LOST = {"build": "The runs that are done are kept: the same build goes on with them."}
+_LOST_AS_A_RULE = "What it has computed is lost."
 _FORMATS = {"json": "JSON", "csv": "CSV", "mat": "MATLAB", "mo": "Modelica", "h": "C"}
 Compared = Literal["study", "fit", "calibration"]
 """The kinds of jobs that are compared."""
@@ -37,7 +39,7 @@ def job_page(kind: JobKind[Listed, Active], store: JobStore, job: Active, worker
     address = job.links["self"]
     cancel = "" if ended else Form(
         "cancel", f"{address}/cancel", f"Cancel the {kind.name}", method="POST", body="none", then="",
-        about="It stops within a second, and what it has computed is lost.").html()
+        about=f"It stops within a second. {_LOST.get(kind.name, _LOST_AS_A_RULE)}").html()
     gone = "its result, report and pictures" if job.status == "done" else "what it was asked"
     delete = folded(f"Delete the {kind.name}", paragraph(
         f"The {kind.name} “{job.id}” is removed for everybody with {gone}, and cannot be restored. Recordings and "
@@ -45,7 +47,7 @@ def job_page(kind: JobKind[Listed, Active], store: JobStore, job: Active, worker
                               is_dangerous=True).html()) if ended else ""
     return "\n".join([
         paragraph(kind.name.capitalize(), "over"), f"<h1>{escape(describe_subject(job))}</h1>", state,
-        section("Results", _downloads(kind, job, laws)) if job.status == "done" else "",
+        section("Results", _downloads(kind, job, laws, bool(orders))) if job.status == "done" else "",
         section("What to do", WITHOUT_SCRIPT, *(folded(title, form.html()) for title, form in orders.items()),
                 _comparison(kind, job, others), cancel, delete),
         section("Origin", _origin(job))])
@@ -61,12 +63,13 @@ def job_state(store: JobStore, job: Active, workers: int) -> str:
     return mark + describe_progress(job) + ("" if workers else _NO_WORKER)
 
 
-def _downloads(kind: JobKind[Listed, Active], job: Active, laws: Sequence[FindingLaw]) -> str:
+def _downloads(kind: JobKind[Listed, Active], job: Active, laws: Sequence[FindingLaw], has_model: bool) -> str:
     addresses = {**job.links, "pictures": f"/{kind.plural}/{job.id}/pictures"}
     if "residuals" in addresses:
         addresses["residuals"] += "?format=csv"
     links = [Link("Table", f"/tables/{job.name}")] if isinstance(job, Build) else []
-    links += [Link(text, addresses[name]) for name, text in _TEXTS.items() if name in job.links]
+    links += [Link(text, addresses[name]) for name, text in _TEXTS.items()
+              if name in job.links and (has_model or name != "model")]
     items = [link.html() for link in links]
     items += [f"Law of “{escape(law.title)}” as " + " · ".join(
         Link(_FORMATS.get(form, form), address).html() for form, address in law.links.items()) for law in laws]

@@ -116,8 +116,8 @@ def bench_details(name: BenchNamePath, library: LibraryDependency, stores: JobSt
     """The page of a bench."""
     def content() -> _Content:
         bench, about = library.bench(name), about_bench(library, name)
-        digests = bench.digest, bench.sensing_digest, bench.conditions.digest, bench.source, about
-        return _Content(digests, bench_orders(library, name),
+        return _Content((bench.digest, bench.sensing_digest, bench.conditions.digest, bench.source, about),
+                        bench_orders(library, name),
                         lambda: bench_page(name, bench, about, drawings))
 
     return _file_page("benches", name, content, stores, JobFilter(bench=name, status=["done"]), client)
