@@ -26,9 +26,9 @@ def anchor(title: str) -> str:
 
 def contents(body: Iterable[str]) -> str:
     """Return links to the sections in a body; empty if there are fewer than three."""
-    found = [match for part in body for match in _SECTION.findall(part)]
-    links = "\n".join(f'<li><a href="#{place}">{escape(unescape(title))}</a></li>' for place, title in found)
-    return f'<nav class="contents" aria-label="Contents">\n<ul>\n{links}\n</ul>\n</nav>' if len(found) > 2 else ""
+    sections = [match for part in body for match in _SECTION.findall(part)]
+    links = "\n".join(f'<li><a href="#{place}">{escape(unescape(title))}</a></li>' for place, title in sections)
+    return f'<nav class="contents" aria-label="Contents">\n<ul>\n{links}\n</ul>\n</nav>' if len(sections) > 2 else ""
 
 
 def downloads(lead: str, files: Iterable[tuple[str, str, str, bytes]]) -> str:

@@ -178,7 +178,8 @@ def test_a_service_is_linked_and_sections_are_listed(studied: Studied, reading: 
     result, figures = studied("nothing")
     served = {**STUDY, "links": {"self": "/v1/studies/first-study"}}
     linked = reading(page(result, figures, served)).elements
-    assert next(attributes["href"] for tag, attributes in linked if tag == "a") == "../../../"  # of /v1/studies/first-study/report
+    # The page has the address /v1/studies/first-study/report.
+    assert next(attributes["href"] for tag, attributes in linked if tag == "a") == "../../../"
     alone = reading(page(result, figures))
     assert "../../../" not in [attributes.get("href") for _, attributes in alone.elements]
     sections = [f"#{attributes['id']}" for tag, attributes in alone.elements if tag == "section"]
