@@ -44,8 +44,10 @@ def test_the_report_is_the_page_of_the_fit(client: httpx.Client, made: Callable[
     assert answer.headers["Content-Type"] == "text/html; charset=utf-8"
     assert "fitted to 216 engagements of “measured”" in answer.text
     assert answer.text == client.get("/v1/fits/done/report").text
-    fields = JOB_INPUT | {"id": "done", "submitted": "2026-09-21T14:13:20Z", "ended": None}
+    fields = JOB_INPUT | {"id": "done", "submitted": "2026-09-21T14:13:20Z", "ended": None,
+                          "links": {"self": "/v1/fits/done"}}
     assert answer.text == page(fields, made())
+    assert 'href="../../../"' in answer.text
 
 
 def test_a_fit_by_the_other_method_completes_table_ii(client: httpx.Client) -> None:

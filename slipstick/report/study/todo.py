@@ -42,7 +42,7 @@ def advise(result: StudyResult, figures: Figures, settings: StudySettings, cauti
         entries.append(("What it is worth:", lead(result, settings)))
     seen = [text for finding in result.findings if finding.law is not None
             if (text := describe_seen(finding, finding.law))]
-    if conditions := describe_conditions(figures.conditions):
+    if (conditions := describe_conditions(figures.conditions)) and (result.findings or result.kind == "none"):
         ranges = "; ".join([*dict.fromkeys(seen), conditions])
         entries.append(("Where it holds:", f"{ranges}: what was recorded. Beyond, it is extrapolated."))
     entries += [("Next experiment:", text) for text in _list_next(result)]
@@ -152,12 +152,13 @@ def _advise_without(result: StudyResult) -> Entries:
                  "take them over: they are in the model below, and in the section on the fitted simulation.")]
     left = [f"“{block.signals}”" for block in result.blocks if not block.is_explained]
     where = f" of {listed(left)}" if left else ""
-    entries: Entries = [("Do not change the model yet:", "something is missing that no effect and no law explains. "
-                         f"Do not rely on its predictions{where}.")]
+    what = "something is missing whose law is not measured." if result.explanations else \
+        "something is missing that no effect and no law explains."
+    entries: Entries = [("Do not change the model yet:", f"{what} Do not rely on its predictions{where}.")]
     if result.explanations:
         best = [within(effect_title(each.effect)) for each in result.explanations
                 if each is result.explanations[0] or each.tied]
-        entries.append(("Candidates:", f"{listed(best)}. Their laws are not measured."))
+        entries.append(("What may be missing:", f"{listed(best)}, by the simulation of the whole bench alone."))
     return entries
 
 
@@ -195,7 +196,7 @@ def _describe_next(finding: FindingResult) -> str:
 
 
 def _attach_model(result: StudyResult) -> list[Part]:
-    if result.after is None:
+    if result.after is None or not (result.findings or result.kind == "none"):
         return []
     what = "extended" if result.gap is not None else "refitted"
     content = f"{json.dumps(result.after.model, indent=1)}\n".encode()

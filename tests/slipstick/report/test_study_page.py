@@ -199,7 +199,14 @@ def test_the_box_decides_where_nothing_or_something_unknown_is_missing(studied: 
     assert f"Do not rely on its predictions of “{block.signals}”." in box
     assert "Look first at the signals of 1 engagement: 5." in box
     assert "Keep the model" not in box
-    assert "record pressure, input speed and output speed as well" in box_of(reading(page(*studied("torque"))).text)
+    assert "something is missing that no effect and no law explains" in box
+    torque = reading(page(*studied("torque")))
+    box = box_of(torque.text)
+    assert "record pressure, input speed and output speed as well" in box
+    assert "something is missing whose law is not measured." in box
+    assert "What may be missing: slip-speed-dependent friction" in box
+    assert "Where it holds" not in box
+    assert files_of(torque) == {}
 
 
 @pytest.mark.usefixtures("undrawn")
