@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 from slipstick import interruption
+from slipstick.errors import InvalidValue
 from slipstick.storage.shipped import FOLDER
 
 from .bench_option import library_folder
@@ -32,6 +33,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="URL of the job database (SLIPSTICK_JOBS; default: sqlite:///var/jobs.sqlite)")
     parser.add_argument("--with-worker", action="store_true",
                         help="run a worker for the jobs beside it, and end both together")
+    parser.add_argument("--machine", type=Path, action="append", default=[], metavar="FILE",
+                        help="a machine that jobs of the worker may simulate or study, as with `work --machine`")
     parser.add_argument("--no-compile", action="store_true",
                         help="the worker does not compile what jobs run in the background, as with `work --no-compile`")
 
@@ -43,9 +46,12 @@ def run(arguments: argparse.Namespace) -> int:
     given = {"PORT": arguments.port, "HOST": arguments.host, "TABLES": arguments.tables, "JOBS": arguments.jobs}
     environment = {**os.environ, **{f"SLIPSTICK_{name}": str(value) for name, value in given.items()
                                     if value is not None}}
-    quiet = ["--no-compile"] if arguments.no_compile else []
-    service, worker = ([sys.executable, "-m", *words] for words in ([SERVICE], [PACKAGE, "work", *quiet]))
+    given_to_worker = [*(["--no-compile"] if arguments.no_compile else []),
+                       *(word for path in arguments.machine for word in ("--machine", str(path)))]
+    service, worker = ([sys.executable, "-m", *words] for words in ([SERVICE], [PACKAGE, "work", *given_to_worker]))
     if not arguments.with_worker:
+        if arguments.machine:
+            raise InvalidValue("The service itself runs no file of a machine", "Give --with-worker as well")
         os.execve(sys.executable, service, environment)
     received = list[int]()
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):

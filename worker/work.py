@@ -12,8 +12,9 @@ from pathlib import Path
 
 from slipstick import interruption
 from slipstick.black_box import BlackBox
-from slipstick.black_box.declared import Declared
+from slipstick.black_box.declared import open_once
 from slipstick.errors import InvalidValue
+from slipstick.storage import shipped
 
 from .bench_option import library_folder
 from .computing import Computer
@@ -63,10 +64,10 @@ def run(arguments: argparse.Namespace) -> int:
     if not Path(arguments.tables).is_dir():
         raise InvalidValue(f"There is no folder '{arguments.tables}'",
                            "Give that of the service as --tables, or in SLIPSTICK_TABLES")
-    files = [file for path in arguments.machine for file in BlackBox.open_all(path)]
+    paths = [shipped.file_of(path, ".py", "machines").resolve() for path in arguments.machine]
+    files = [file for path in paths for file in BlackBox.open_all(path)]
     simulators = Simulators({file.description.digest: file for file in files}, arguments.dask)
-    declared = {file.simulator.machine.name: file.simulator.path for file in files
-                if isinstance(file.simulator, Declared)}
+    declared = {open_once(path).name: str(path) for path in paths if path.suffix == ".py"}
     stops = {signal.SIGTERM, signal.SIGINT}
     resource_tracker.ensure_running()  # before the next lines: when it starts, it unblocks these signals
     # Blocked before other threads start: they inherit the mask, so that only `sigwait` below receives the signals.

@@ -139,7 +139,7 @@ def open_declared(path: Path, output: str | None) -> tuple[BlackBoxDescription, 
     Raises what `open_machine` raises, `InvalidValue` for a machine without outputs, experiments or nominal values, and
     `UnknownName`.
     """
-    machine = _open(str(path.resolve()), path.stat().st_mtime_ns) if path.is_file() else open_machine(path)
+    machine = open_once(path)
     outputs = {name_of(each.name): each for each in machine.outputs}
     if not outputs:
         raise InvalidValue(f"The machine '{machine.name}' declares no output",
@@ -172,6 +172,12 @@ def _list_cases(machine: Machine) -> Cases:
         raise InvalidValue(f"The machine '{machine.name}' has neither commands nor conditions",
                            "Declare what differs between its experiments")
     return Cases(tuple(quantity for quantity, _ in columns), np.column_stack([values for _, values in columns]))
+
+
+def open_once(path: Path) -> Machine:
+    """The machine that a file declares, which is run again only where it has changed; raises what `open_machine` does.
+    """
+    return _open(str(path.resolve()), path.stat().st_mtime_ns) if path.is_file() else open_machine(path)
 
 
 @lru_cache(maxsize=16)

@@ -9,7 +9,7 @@ import numpy as np
 from slipstick.bench.document import Document, Section
 from slipstick.black_box.bridge import Bridge
 from slipstick.black_box.cases import Cases
-from slipstick.black_box.declared import Declared, name_of, open_declared
+from slipstick.black_box.declared import Declared, name_of, open_declared, open_once
 from slipstick.black_box.description import BlackBoxDescription, Input, Quantity
 from slipstick.black_box.fmu import KEYS, Fmu, read_fmu
 from slipstick.black_box.function import Function
@@ -51,11 +51,13 @@ class BlackBox:
 
     @classmethod
     def open_all(cls, path: Path | str) -> list["BlackBox"]:
-        """As `open`, for each output that the file declares."""
-        first = cls.open(path)
-        if not isinstance(first.simulator, Declared):
-            return [first]
-        return [cls.open(path, name_of(output.name)) for output in first.simulator.machine.outputs]
+        """As `open`, for each output that the file declares: none of a declared machine without outputs or experiments,
+        which is not simulated, but may have recorded runs."""
+        path = file_of(path, ".py", "machines")
+        if path.suffix != ".py":
+            return [cls.open(path)]
+        machine = open_once(path)
+        return [cls.open(path, name_of(output.name)) for output in machine.outputs] if machine.duration > 0 else []
 
     @classmethod
     def _open_toml(cls, path: Path) -> "BlackBox":

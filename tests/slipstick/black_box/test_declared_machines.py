@@ -10,7 +10,7 @@ import pytest
 
 import slipstick
 from slipstick.black_box import BlackBox, Measurements, measure_runs
-from slipstick.black_box.declared import Declared
+from slipstick.black_box.declared import Declared, open_once
 from slipstick.engine import simulation
 from slipstick.errors import BadMachine, BadRecording, InvalidValue, SlipstickError, UnknownName
 from slipstick.interface.build import build
@@ -42,6 +42,8 @@ MACHINE = Machine("lag", (lag,), (Sensor("level", "m", noise=1e-3),),
                            Output("end", "m", of="level"), Output("mean", "m", of="level", take="mean")))
 '''
 
+OUTPUTS = LAG[LAG.index("outputs="):LAG.rindex(")")]
+
 
 @pytest.fixture
 def lag(tmp_path: Path) -> Path:
@@ -58,6 +60,14 @@ def test_the_description_is_what_the_machine_declares(lag: Path) -> None:
     assert [(each.name, each.unit) for each in file.cases.quantities] == [("drive_profile", "1"), ("load", "m")]
     assert file.cases.values.tolist() == [[0, 0], [0, 0.1], [1, 0], [1, 0.1]]
     assert [each.description.output.name for each in BlackBox.open_all(lag)] == ["rise_time", "end", "mean"]
+
+
+@pytest.mark.parametrize("given", ["duration=2.0, step=0.01,\n                  ", OUTPUTS])
+def test_a_machine_that_is_not_simulated_has_no_simulators_but_can_have_runs(lag: Path, given: str) -> None:
+    assert given in LAG
+    lag.write_text(LAG.replace(given, ""))
+    assert BlackBox.open_all(lag) == []
+    assert open_once(lag).name == "lag"
 
 
 def test_a_command_with_a_single_profile_has_no_column_beside_others(lag: Path) -> None:
