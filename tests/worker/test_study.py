@@ -61,7 +61,8 @@ def test_a_study_names_what_is_missing_and_writes_a_model_to_build(
 
 
 def test_the_text_has_warnings_before_what_was_achieved() -> None:
-    fit = SimulationResult({"pressure_bias": -0.02}, {"pressure_bias": 0.05}, {"pressure": 1.0}, 0.0, True, {})
+    fit = SimulationResult({"pressure_bias": -0.02}, {"pressure_bias": 0.05}, {"pressure": 1.0}, 0.0, True,
+                           {"parameters": {}})
     block = BlockResult("valve", "current → pressure", 1.8, [], True)
     result = StudyResult("unlisted", "Something is missing", [], [block], [3], fit, fit, None, 24, {}, "", "")
     lines = study_text(result, Figures({"run_order": None}, [], {}, []), StudySettings()).splitlines()

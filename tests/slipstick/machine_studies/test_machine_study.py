@@ -1,6 +1,8 @@
 """The study of a declared machine from its file to the report, against an effect that is known, and without one."""
 
+import base64
 import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +18,8 @@ from slipstick.interface.machine_study import MachineStudy
 from slipstick.machine import Effect, Kind, Machine, Runs, list_experiments
 from slipstick.machine_studies import study_machine
 from slipstick.report import made
+from slipstick.report.machine_study import advise
+from slipstick.report.study.parts import Items
 from slipstick.storage.library import Library
 from slipstick.storage.shipped import FOLDER
 from slipstick.time_budget import TimeBudgetEnded
@@ -95,6 +99,9 @@ def test_a_machine_without_the_effect_lacks_nothing(folder: Path) -> None:
     assert study.answer == "Nothing is missing that these recordings could show"
     assert (study.result.kind, study.result.gap, study.findings) == ("none", None, [])
     assert list(study.pictures()) == ["overlay", "signals"]
+    items, = advise(study.result).parts
+    assert isinstance(items, Items)
+    assert [lead for lead, _ in items.entries] == ["Keep the model:", "Next experiment:"]
 
 
 def test_a_calibration_tells_parameters_and_what_is_left(folder: Path) -> None:
@@ -114,7 +121,17 @@ def test_a_study_is_saved_and_opened_with_its_pictures(studied: MachineStudy, tm
     page = studied.report(tmp_path / "study.html").read_text()
     for text in ("cooling that depends on the temperature", "W/K", "degC", "with the control", "heated plate"):
         assert text in page
+    finding, gap = studied.findings[0], studied.result.gap
+    assert gap is not None
+    box = page[page.index("What to do"):page.index("Machine heated plate · recordings")]
+    for text in (f"{finding.equation}.", "Where it holds:", "Next experiment:", "instead of",
+                 f"closes {100 * min(gap.closed, 1):.0f} % of its gap", *(
+                     f"{each.lower:#.4g} to {each.upper:#.4g}" for each in finding.coefficients)):
+        assert text in box
+    csv = re.search(r'download="cooling_over_temperature.csv" href="data:text/csv[^"]*;base64,([^"]+)"', box)
+    assert csv is not None
     files = [path.name for path in studied.save_laws(tmp_path / "laws")]
+    assert base64.b64decode(csv[1]) == (tmp_path / "laws" / files[0]).read_bytes()
     assert files == [f"1_cooling_over_temperature{suffix}" for suffix in (".csv", ".mat", ".mo", ".h")]
     assert "temperature [degC]" in (tmp_path / "laws" / files[0]).read_text()
 
