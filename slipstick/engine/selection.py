@@ -380,8 +380,8 @@ def _deviate(values: np.ndarray, least: np.ndarray | float) -> np.ndarray:
 def _is_unexplained(chi: np.ndarray, settings: EngineSettings) -> bool:
     """Whether runs leave more than noise: by a share, and by standard errors over the runs.
 
-    Of the logarithms, as chi-square is a scale: what is left very differently in some runs hides nothing.
+    In the mean, to which a few runs may give much, or in its logarithm, from which very different runs take little.
     """
-    left = np.log(np.maximum(chi, _LEAST_CHI))
-    error = np.sqrt(left.var(ddof=1) / len(left) + (0.25 * settings.unexplained) ** 2)
-    return bool(left.mean() > settings.errors * error)
+    least = 0.25 * settings.unexplained
+    return any(left.mean() > settings.errors * np.sqrt(left.var(ddof=1) / len(left) + least**2)
+               for left in (chi - 1, np.log(np.maximum(chi, _LEAST_CHI))))
