@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.special import ndtri
 
 from slipstick.engine.evidence import agree, hold_out
 from slipstick.engine.fit import fit, join
@@ -16,7 +17,7 @@ from slipstick.engine.measured_law import measure
 from slipstick.engine.preparation import prepare
 from slipstick.engine.priors import Prior
 from slipstick.engine.recordings import Recorded
-from slipstick.engine.selection import Identification, identify, settle
+from slipstick.engine.selection import Identification, _is_unexplained, identify, settle
 from slipstick.engine.settings import EngineSettings
 from slipstick.engine.simulation import simulate
 from slipstick.engine.study import study
@@ -201,3 +202,12 @@ def test_a_second_process_compiles_nothing() -> None:
     counts = [int(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout)
               for _ in range(2)]
     assert counts[1] == 0
+
+
+def test_runs_that_differ_much_do_not_hide_that_more_than_noise_is_left() -> None:
+    normal = ndtri((np.arange(87) + 0.5) / 87)
+    noise, left = np.exp(0.15 * normal), np.exp(1.0 + 1.7 * normal)
+    spread = left.std(ddof=1) / np.sqrt(len(left))
+    assert left.mean() - 1 < EngineSettings().errors * spread  # in the mean, it would not show
+    assert _is_unexplained(left, EngineSettings())
+    assert not _is_unexplained(noise, EngineSettings())
