@@ -1,6 +1,7 @@
 """What the routes of all jobs share: ids and idempotency keys, submission, status, and results."""
 
 import datetime
+import re
 import threading
 import uuid
 from collections.abc import Callable, Mapping
@@ -8,7 +9,7 @@ from typing import Annotated, Any, TypeVar
 
 from dbos import WorkflowStatus
 from fastapi import Depends, Header, Path, Query, Request
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, BeforeValidator, Field
 from starlette.concurrency import run_in_threadpool
 
 from slipstick.storage.library import Library
@@ -93,10 +94,17 @@ class Progress(BaseModel):
 StatusFilter = Annotated[list[Status] | None, Query(
     alias="status", description="Only jobs with this status; repeat the parameter for several.", max_length=5)]
 RecordingsFilter = Annotated[str | None, Query(alias="recordings", description="Only jobs of these recordings.")]
-SinceFilter = Annotated[datetime.datetime | None, Query(
+
+
+def _require_date(text: Any) -> Any:
+    """Refuse numbers, which would be read as seconds since 1970."""
+    if isinstance(text, str) and not re.match(r"\d{4}-\d\d-\d\d", text):
+        raise ValueError("A time begins with a date, such as 2026-09-21T14:00:00Z")
+    return text
+
+
+SinceFilter = Annotated[datetime.datetime | None, BeforeValidator(_require_date), Query(
     alias="since", description="Only jobs submitted at this time or later, such as 2026-09-21T14:00:00Z.")]
-
-
 TextFilter = Annotated[str | None, Query(
     alias="text", max_length=200, description="Only jobs with this text, in small or capital letters, in their id or "
                                               "in the name of a file of theirs.")]

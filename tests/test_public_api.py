@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[1]
 SIGNATURES: dict[str, str] = {
     "build": "(machine, axes=None, *, model=None, conditions=None, out=None, accuracy='default', threads=None, "
              "executor=None, progress=True)",
-    "calibrate": "(bench, recordings, *, model=None, budget=None, progress=True)",
+    "calibrate": "(bench, recordings, *, model=None, budget=None, progress=True, executor=None)",
     "fit": "(simulator, recordings, parameters=None, *, model=None, outside='clip', settings=None, "
              "budget=None, progress=True, name='recordings', **changed)",
     "likelihood": "(table, recordings, mean, std=None, output_std=None, *, families=None, mixing=None, "
@@ -29,7 +29,8 @@ SIGNATURES: dict[str, str] = {
              "outside='clip', coefficients=False, name=None)",
     "simulate": "(bench, effects=(), *, model=None, conditions=None, engagements=None, scatter=0.02, noise=1.0, "
              "seed=0, runs=None)",
-    "study": "(bench, recordings, *, settings=None, budget=None, progress=True, name='recordings', **changed)",
+    "study": "(bench, recordings, *, settings=None, budget=None, progress=True, name='recordings', executor=None, "
+             "**changed)",
 }
 
 

@@ -72,6 +72,6 @@ def test_since_is_the_time_of_submission(client: httpx.Client) -> None:
 
 
 def test_invalid_filters_are_refused(client: httpx.Client) -> None:
-    for query in ("status=finished", "since=yesterday", "limit=0", "limit=1001", "state=done"):
+    for query in ("status=finished", "since=yesterday", "since=9138324121101", "limit=0", "limit=1001", "state=done"):
         problem(client.get(f"/v1/fits?{query}"), 422)
     problem(client.get("/v1/studies?table=nominal"), 422)

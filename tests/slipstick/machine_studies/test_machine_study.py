@@ -157,7 +157,7 @@ def test_the_worker_studies_runs_of_the_library_and_its_output_makes_the_report(
     kept, said = list[dict[str, Any]](), list[dict[str, Any]]()
     report: Any = type("Report", (), {"__call__": lambda self, content: said.append(content),
                                       "keep": lambda self, content: kept.append(content)})()
-    output = study_steps.study_declared(Library(folder), report, str(folder / "mine.py"), order)
+    output = study_steps.study_declared(Library(folder), report, str(folder / "mine.py"), None, order)
     assert output["result"]["sentence"].startswith("Missing: cooling")
     assert {entry["stage"] for entry in said} == {"name", "confirm"}
     partial = study_steps.end_declared(order, kept[-1], 60.0)
