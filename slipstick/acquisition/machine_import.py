@@ -24,11 +24,13 @@ from slipstick.acquisition.numbers import Numbers, Plan
 from slipstick.acquisition.result import ImportedRuns, SetAside
 from slipstick.acquisition.tracks import Track, track
 from slipstick.errors import BadRecording
-from slipstick.machine import Machine, Profile, Runs, require_runs, units_of
+from slipstick.machine import Command, Condition, Machine, Profile, Runs, require_runs, units_of
 from slipstick.recordings.signals import LARGEST
 
 _JUMP = 1e-3
 """Share of a step of the clock, or of a held command, that its jumps take: corners are joined by lines."""
+_OTHER_ORDER = 10.0
+"""Factor between a command or a condition and what is declared of it from which a unit may be wrong."""
 _WHOLE = 0.5
 """Share of the median length below which a run is no whole one, and does not shorten the others."""
 
@@ -176,9 +178,30 @@ def _of_excerpts(candidates: Sequence[RunExcerpt], aside: list[SetAside], mappin
         runs=runs, labels=tuple(excerpt.label for excerpt in kept), step=step, channels=channels,
         set_aside=tuple(aside), begins=np.array([excerpt.zero for excerpt in kept]),
         remarks=(*remarks, *(tell_origins(kept, mapping) for _ in range(mapping.cut is None)), *chosen,
+                 *(f"{each.name} is {_span(runs.conditions[each.name], each.unit)} in the runs"
+                   for each in machine.conditions),
                  *tell_channels(channels, mapped, {**mapping.signals, **mapping.further}, step)),
-        doubts=tuple(f"{channel.name} ('{channel.channel}') has the same value in all runs, {channel.lowest:g} "
-                     f"{channel.unit}. Check its channel" for channel in channels if channel.lowest == channel.highest))
+        doubts=(*(f"{channel.name} ('{channel.channel}') has the same value in all runs, {channel.lowest:g} "
+                  f"{channel.unit}. Check its channel" for channel in channels if channel.lowest == channel.highest),
+                *_doubt_sizes(runs, machine)))
+
+
+def _span(values: np.ndarray, unit: str) -> str:
+    return f"{np.min(values):.4g} to {np.max(values):.4g} {unit}".rstrip()
+
+
+def _doubt_sizes(runs: Runs, machine: Machine) -> Iterator[str]:
+    """What is of another order in the runs than in the experiments that the machine declares."""
+    declared: list[tuple[Condition | Command, np.ndarray, np.ndarray]] = [
+        (each, runs.conditions[each.name], np.array(each.levels)) for each in machine.conditions if each.levels]
+    declared += [(each, runs.commands[each.name].value, np.array([value for corners in each.profiles
+                                                                  for _, value in corners]))
+                 for each in machine.commands if each.profiles]
+    for each, recorded, expected in declared:
+        size, usual = np.abs(recorded).max(), np.abs(expected).max()
+        if not usual / _OTHER_ORDER < size < usual * _OTHER_ORDER and usual > 0:
+            yield (f"{each.name} is {_span(recorded, each.unit)} in the runs, and {_span(expected, each.unit)} in the "
+                   "experiments that the machine declares. Check its unit in the mapping")
 
 
 def _nothing_left(aside: Sequence[SetAside]) -> BadRecording:

@@ -14,6 +14,7 @@ from slipstick.black_box.description import BlackBoxDescription, Input, Quantity
 from slipstick.black_box.fmu import KEYS, Fmu, read_fmu
 from slipstick.black_box.function import Function
 from slipstick.errors import BadBench, InvalidValue, UnknownName
+from slipstick.machine import has_experiments
 from slipstick.numerics.quantities import NotAQuantity, in_unit
 from slipstick.storage.shipped import FOLDER, file_of
 
@@ -57,7 +58,7 @@ class BlackBox:
         if path.suffix != ".py":
             return [cls.open(path)]
         machine = open_once(path)
-        return [cls.open(path, name_of(output.name)) for output in machine.outputs] if machine.duration > 0 else []
+        return [cls.open(path, name_of(output.name)) for output in machine.outputs] if has_experiments(machine) else []
 
     @classmethod
     def _open_toml(cls, path: Path) -> "BlackBox":

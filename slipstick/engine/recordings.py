@@ -153,9 +153,10 @@ class Recorded:
     def groups(self) -> list["Recorded"]:
         """Return the groups of parts that share no parameter, each with its terms."""
         groups = list[set[str]]()
+        joining = {term.place for term in self.random} | {identifier_of(each.name) for each in self.machine.parameters}
         for part in self.parts:
             shared = {name for name, used in ((other.name, set(other.parameters)) for other in self.parts)
-                      if name == part.name or used & set(part.parameters) & {term.place for term in self.random}}
+                      if name == part.name or used & set(part.parameters) & joining}
             joined = shared.union(*(group for group in groups if group & shared))
             groups = [group for group in groups if not group & joined] + [joined]
         return [self.select(group) for group in groups]

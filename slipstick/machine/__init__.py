@@ -12,12 +12,18 @@ from slipstick.machine.declaration import (
     Quantity,
     Sensor,
 )
-from slipstick.machine.experiments import Experiments, evaluate_output, list_experiments, select_profiles
+from slipstick.machine.experiments import (
+    Experiments,
+    evaluate_output,
+    has_experiments,
+    list_experiments,
+    select_profiles,
+)
 from slipstick.machine.kinds import Kind
 from slipstick.machine.opening import open_machine
 from slipstick.machine.runs import Profile, Runs
 from slipstick.machine.runs_file import holds_runs, read_runs, require_runs, units_of, write_runs
 
 __all__ = ["Block", "Command", "Condition", "Curve", "Effect", "Experiments", "Kind", "Machine", "Output", "Parameter",
-           "Profile", "Quantity", "Runs", "Sensor", "evaluate_output", "holds_runs", "list_experiments", "open_machine",
-           "read_runs", "require_runs", "select_profiles", "units_of", "write_runs"]
+           "Profile", "Quantity", "Runs", "Sensor", "evaluate_output", "has_experiments", "holds_runs",
+           "list_experiments", "open_machine", "read_runs", "require_runs", "select_profiles", "units_of", "write_runs"]

@@ -32,6 +32,12 @@ class Experiments:
             {name: each[rows] for name, each in self.conditions.items()})
 
 
+def has_experiments(machine: Machine) -> bool:
+    """Whether a machine says how it is run: one that is not simulated may have recorded runs."""
+    return machine.duration > 0 and all(each.profiles for each in machine.commands) and all(
+        each.levels for each in machine.conditions)
+
+
 def list_experiments(machine: Machine) -> Experiments:
     """Return the experiments of a machine; raises `InvalidValue` where it does not declare them."""
     place, remedy = f"The machine '{machine.name}' does not say how it is run", "Give the machine"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from slipstick.errors import BadMachine, InvalidValue, UnknownName
 from slipstick.machine.declaration import Machine
+from slipstick.machine.trial import try_equations
 from slipstick.storage.shipped import FOLDER, file_of
 
 NAME = "MACHINE"
@@ -17,7 +18,7 @@ def open_machine(path: Path | str) -> Machine:
     """Return the machine that a Python file declares as `MACHINE`; a plain name may be that of a shipped machine.
 
     Modules beside the file may be imported by it. Raises `UnknownName` where there is no file, and `BadMachine`, with
-    the line, where the file cannot be run or declares no machine.
+    the line, where the file cannot be run or declares no machine, or where its equations fail.
     """
     path = file_of(path, ".py", "machines")
     if not path.is_file():
@@ -40,6 +41,10 @@ def open_machine(path: Path | str) -> Machine:
     if not isinstance(machine, Machine):
         raise BadMachine(f"{path.name} declares no {NAME}",
                          f"Write {NAME} = Machine(...); `slipstick machine new FILE` writes a template")
+    try:
+        try_equations(machine)
+    except InvalidValue as error:
+        raise BadMachine(f"{path.name}: {error.cause}", error.remedy) from error
     return machine
 
 

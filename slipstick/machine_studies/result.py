@@ -75,6 +75,8 @@ class MachineBlock:
     """The same without the findings."""
     unexplained: bool
     """Whether something is left that no candidate explains."""
+    converged: bool = True
+    """Whether the fit of the block with all findings reached its optimum."""
 
 
 @dataclass(frozen=True)

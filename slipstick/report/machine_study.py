@@ -29,6 +29,9 @@ _LIMITS = (
      "gain, the agreement of the runs, the rivals and the control."),
     ("Laws hold where runs have been:", "beyond the values that the runs visit, a law is constant."))
 
+_WORSE = 1.2
+"""Times the chi-square without findings above which a block is worse with them: by more than models leave of noise."""
+
 
 def machine_study_page(study: Mapping[str, Any], output: Mapping[str, Any]) -> str:
     """Return the HTML page of a study; the arguments are those of `slipstick.report.study.page.study_page`."""
@@ -150,6 +153,14 @@ def warnings(result: MachineStudyResult) -> Entries:
     entries += [(f"Unexplained: block “{block.name}”.", f"Reduced chi-square is {block.chi_square:.2f} with all "
                  "findings, and no candidate explains the rest. Findings and intervals may be off.")
                 for block in result.blocks if block.unexplained]
+    entries += [(f"Not converged: block “{block.name}”.", "The fit ended before its optimum, so that what is left, its "
+                 "parameters and its findings may be those of the fit. Equations that are steep about a value, such as "
+                 "the tanh of a speed, are a usual cause: declare the state among `switches`, and read its side.")
+                for block in result.blocks if not block.converged]
+    entries += [(f"Worse with the findings: block “{block.name}”.", f"Its reduced chi-square is {block.before:.2f} "
+                 f"without them, and {block.chi_square:.2f} with them: findings in blocks that give what it reads "
+                 "explain their signals badly.")
+                for block in result.blocks if result.findings and block.chi_square > _WORSE * block.before]
     entries += [("Not told apart:", f"{finding.title}, and {listed([rival.title for rival in finding.rivals])}.")
                 for finding in result.findings if finding.rivals]
     beyond = [each.name for each in result.parameters if each.beyond]

@@ -388,3 +388,12 @@ def test_a_guess_for_a_machine_says_why_and_what_is_open() -> None:
     foreign = Machine("sled", SLED.blocks, SLED.sensors, (Command("drive voltage", "V"),), (Condition("load", "N"),))
     nothing = propose_for_machine(open_source("b.csv", io.BytesIO(b"a;b\n1;2\n2;3\n")), foreign)
     assert all(guess.channel is None for guess in nothing.guesses)
+
+
+@pytest.mark.parametrize(("value", "expected"), [("3 N", 0), ("3 kN", 1)])
+def test_a_condition_and_a_command_of_another_order_than_declared_are_doubted(value: str, expected: int) -> None:
+    machine = replace(SLED, conditions=tuple(replace(each, levels=(2.0, 5.0)) for each in SLED.conditions))
+    text = edited("3 N", value)
+    found = imported(recording(6), text=text, machine=machine)
+    assert sum("Check its unit" in doubt for doubt in found.doubts) == expected
+    assert any(remark.startswith("load is 3") for remark in found.remarks)

@@ -62,7 +62,8 @@ def test_the_description_is_what_the_machine_declares(lag: Path) -> None:
     assert [each.description.output.name for each in BlackBox.open_all(lag)] == ["rise_time", "end", "mean"]
 
 
-@pytest.mark.parametrize("given", ["duration=2.0, step=0.01,\n                  ", OUTPUTS])
+@pytest.mark.parametrize("given", ["duration=2.0, step=0.01,\n                  ", OUTPUTS,
+                                   ", profiles=(((0, 1),), ((0, 0.2),))", ", levels=(0.0, 0.1)"])
 def test_a_machine_that_is_not_simulated_has_no_simulators_but_can_have_runs(lag: Path, given: str) -> None:
     assert given in LAG
     lag.write_text(LAG.replace(given, ""))
@@ -92,7 +93,7 @@ def test_a_shipped_machine_is_opened_by_its_name() -> None:
     ("duration=2.0, ", "", InvalidValue, "it has no duration"),
     ("outputs=(", "signals={}, **{} or dict(outputs=()), inputs_=(", BadMachine, "lag.py, line"),
     ("gain *", "gain /* ", BadMachine, "lag.py, line 11"),
-    ('Parameter("gain"', 'Parameter("load"', InvalidValue, "stands for more than one thing"),
+    ("gain", "load", InvalidValue, "stands for more than one thing"),
 ])
 def test_what_a_file_lacks_is_said(lag: Path, before: str, after: str, error: type[SlipstickError],
                                    message: str) -> None:
@@ -141,7 +142,12 @@ def test_outputs_are_those_of_the_equations(lag: Path) -> None:
 
 def test_equations_that_fail_are_named(lag: Path) -> None:
     lag.write_text(LAG.replace("x.level)", "x.hight)"))
-    with pytest.raises(InvalidValue, match=r"fails at the nominal values.*AttributeError.*hight"):
+    with pytest.raises(BadMachine, match=r"line 11: the block declares no x\.hight. Known: level"):
+        BlackBox.open(lag)
+    text = "p.gain * u.drive"  # only one of the commands' profiles is that small
+    lag.write_text(LAG.replace(text, f"{text} / (1 if np.min(u.drive) > 0.5 else None)").replace(
+        "\nfrom", "\nimport numpy as np\nfrom", 1))
+    with pytest.raises(InvalidValue, match="equations of the machine 'lag' fail: TypeError"):
         build(BlackBox.open(lag), {"gain": (0.8, 1.2, 3)}, progress=False)
 
 

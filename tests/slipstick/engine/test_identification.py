@@ -211,3 +211,19 @@ def test_runs_that_differ_much_do_not_hide_that_more_than_noise_is_left() -> Non
     assert left.mean() - 1 < EngineSettings().errors * spread  # in the mean, it would not show
     assert _is_unexplained(left, EngineSettings())
     assert not _is_unexplained(noise, EngineSettings())
+
+
+def test_blocks_that_have_a_parameter_of_all_runs_in_common_are_fitted_together() -> None:
+    common = Parameter("gain", value=2.0, scatter=0.0)
+    machine = Machine("pair", tuple(
+        Block(name, gives=name, reads=("command",), states=(name,), parameters=(common,),
+              rate_function=lambda x, u, q, p, name=name: p.gain * u.command - getattr(x, name))
+        for name in ("left", "right")), (Sensor("left"), Sensor("right")), commands=(Command("command"),))
+    time = np.linspace(0, 5, 101)
+    driven = Profile(np.tile([0.0, 5.0], (6, 1)), np.tile([0.0, 1.0], (6, 1)))
+    ideal = simulate(machine, time, {"command": driven}, {"gain": 2.0})
+    rng = np.random.default_rng(0)
+    runs = Runs(time, {name: signal + 0.01 * rng.normal(size=signal.shape) for name, signal in ideal.items()},
+                {"command": driven}, {}, {}, None, {}, "pair", "")
+    gain, = study(machine, runs).parameters
+    assert gain.mean == pytest.approx(2.0, abs=4 * gain.error)

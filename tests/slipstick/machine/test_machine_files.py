@@ -94,6 +94,44 @@ def test_a_file_that_declares_no_machine_is_refused_with_its_line(tmp_path: Path
         open_machine(path)
 
 
+EQUATIONS = """import numpy as np
+from slipstick.machine import Block, Command, Condition, Machine, Parameter, Quantity, Sensor
+cart = Block("cart", gives="speed", reads=("pull", "load"), states=("speed",), switches=("speed",),
+             parameters=(Parameter("dry force", "N", value=2.0),), quantities=(Quantity("lost force", "N"),))
+
+
+@cart.rate
+def roll(x, u, q, p):
+    force = u.pull - p.load - q.lost_force
+    return force - p.dry_force * x.speed_side
+
+
+MACHINE = Machine("cart", (cart,), (Sensor("speed", "m/s"),), (Command("pull", "N"),), (Condition("load", "N"),))
+"""
+
+
+@pytest.mark.parametrize(("part", "instead", "cause"), [
+    ("", "", None),
+    ("u.pull", "u.pul", "line 9: the block declares no u.pul. Did you mean 'pull'"),
+    ("p.load", "u.load", "the block declares no u.load. It is read as p.load"),
+    ("q.lost_force", "q.lost", "the block declares no q.lost. Known: lost_force"),
+    ("(x, u, q, p)", "(x, u, p)", r"Declare the function with the arguments \(x, u, q, p\)"),
+    ("    return force", "    force", "no array for each of: speed"),
+    ("x.speed_side", "x.speed_side, x.speed", "returns 2 values instead of 1"),
+    ("u.pull -", "(u.pull if u.pull > 0 else 0) -", "line 9: `if`.*numpy.where"),
+    ("x.speed_side", "np.sign(x.speed)", "do not read x.speed_side")])
+def test_equations_that_fail_are_refused_with_block_and_line(tmp_path: Path, part: str, instead: str,
+                                                             cause: str | None) -> None:
+    path = tmp_path / "mine.py"
+    assert part in EQUATIONS
+    path.write_text(EQUATIONS.replace(part, instead, 1) if part else EQUATIONS)
+    if cause is None:
+        assert open_machine(path).name == "cart"
+        return
+    with pytest.raises(BadMachine, match=f"mine.py: The rates of the block 'cart' of the machine 'cart'.*{cause}"):
+        open_machine(path)
+
+
 def test_a_machine_that_does_not_exist_is_answered_with_those_that_do(tmp_path: Path) -> None:
     with pytest.raises(UnknownName, match="two_tanks"):
         open_machine(tmp_path / "two_tank.py")

@@ -18,7 +18,7 @@ from slipstick.interface.machine_study import MachineStudy
 from slipstick.machine import Effect, Kind, Machine, Runs, list_experiments
 from slipstick.machine_studies import study_machine
 from slipstick.report import made
-from slipstick.report.machine_study import advise
+from slipstick.report.machine_study import advise, warnings
 from slipstick.report.study.parts import Items
 from slipstick.storage.library import Library
 from slipstick.storage.shipped import FOLDER
@@ -246,3 +246,14 @@ def test_a_picture_of_the_experiments_is_drawn(tmp_path: Path, monkeypatch: pyte
     monkeypatch.chdir(tmp_path)
     assert main(["machine", "check", "two_tanks", "--picture"]) == 0
     assert "level 1 [m]" in (tmp_path / "two_tanks.svg").read_text()
+
+
+def test_fits_that_have_not_converged_and_blocks_that_are_worse_with_the_findings_are_warned_about(
+        studied: MachineStudy) -> None:
+    result = studied.result
+    assert not [lead for lead, _ in warnings(result) if "block" in lead]
+    first, *others = result.blocks
+    worse = replace(first, chi_square=1.5 * first.before, converged=False)
+    said = dict(warnings(replace(result, blocks=[worse, *others])))
+    assert "`switches`" in said[f"Not converged: block “{first.name}”."]
+    assert f"Worse with the findings: block “{first.name}”." in said
