@@ -52,7 +52,8 @@ def advise(result: StudyResult, figures: Figures, settings: StudySettings, cauti
 
 def caution(warnings: Entries) -> Entries:
     """Return the warnings by their lead-ins, which stand below."""
-    return [("Mind the warnings below:", " ".join(dict.fromkeys(lead for lead, _ in warnings)))] if warnings else []
+    leads = dict.fromkeys(lead.rstrip(":.") for lead, _ in warnings)
+    return [("Mind the warnings below:", f"{', '.join(leads)}.")] if warnings else []
 
 
 def attach_laws(tables: Iterable[tuple[str, LawTable]]) -> list[Part]:
