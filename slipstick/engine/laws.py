@@ -1,5 +1,6 @@
 """Candidates: which quantities may depend on what, and the variables of these laws."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -56,10 +57,16 @@ class Candidate:
 
     def take(self, rows: slice | np.ndarray) -> "Candidate":
         """Return the candidate for the runs `rows`."""
-        def chosen(variable: Variable) -> Variable:
-            return variable if variable.values is None else replace(variable, values=variable.values[rows])
+        return take_all([self], rows)[0]
 
-        return replace(self, variables={name: chosen(variable) for name, variable in self.variables.items()})
+
+def take_all(candidates: Sequence[Candidate], rows: slice | np.ndarray) -> list[Candidate]:
+    """Return candidates for the runs `rows`, which share values as before: these are then sent elsewhere once."""
+    values = {id(variable.values): variable.values[rows] for candidate in candidates
+              for variable in candidate.variables.values() if variable.values is not None}
+    return [replace(candidate, variables={
+        name: variable if variable.values is None else replace(variable, values=values[id(variable.values)])
+        for name, variable in candidate.variables.items()}) for candidate in candidates]
 
 
 def list_candidates(recorded: Recorded, own: dict[str, dict[str, np.ndarray]]) -> list[Candidate]:

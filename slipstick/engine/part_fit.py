@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from slipstick.engine.laws import Candidate
+from slipstick.engine.laws import Candidate, take_all
 from slipstick.engine.model import Key, PartModel, State, build_part, move_part, predict_part
 from slipstick.engine.recordings import Pair, Part, Recorded
 from slipstick.engine.whitening import CarriedNoise
@@ -74,8 +74,9 @@ class PartFit:
 
     def carry(self, noise: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the response (n, o, k) to the noise (n, k) of measured inputs."""
-        return np.concatenate(self._spread(_carry, lambda rows, _: (
-            self.state.take(rows), self.noisy[rows], {name: values[rows] for name, values in noise.items()})))
+        return np.concatenate(self._spread(_predict, lambda rows, _: (
+            self.state.take(rows), self.noisy[rows],
+            partial(PartModel.carry, noise={name: values[rows] for name, values in noise.items()}))))
 
     def find_carried(self) -> list[tuple[slice, CarriedNoise | None]]:
         """Return how the noise of inputs and disturbances reaches the signals, by slices of runs."""
@@ -87,7 +88,7 @@ class PartFit:
         A law between runs has one column, for a factor of 1.
         """
         chunks = self._spread(_multiply, lambda rows, _: (
-            self.built.take(rows), _take_all(candidates, rows)))
+            self.built.take(rows), take_all(candidates, rows)))
         return [(np.concatenate([chunk[place][0] for chunk in chunks]),
                  np.concatenate([chunk[place][1] for chunk in chunks])) for place in range(len(candidates))]
 
@@ -145,15 +146,6 @@ def _spread(recorded: Recorded, part: Part, laws: Mapping[Pair, Candidate], func
     return mapped(lambda number: function(*take(number)), range(len(slices)))
 
 
-def _take_all(candidates: Sequence[Candidate], rows: slice) -> list[Candidate]:
-    """Return candidates for the runs `rows`, which share values as before: each is then sent once."""
-    values = {id(variable.values): variable.values[rows] for candidate in candidates
-              for variable in candidate.variables.values() if variable.values is not None}
-    return [replace(candidate, variables={
-        name: variable if variable.values is None else replace(variable, values=values[id(variable.values)])
-        for name, variable in candidate.variables.items()}) for candidate in candidates]
-
-
 def _gather(whole: PartFit, chunks: Sequence[PartFit]) -> PartFit:
     """Return the model of all runs with what chunks of them have."""
     def join(arrays: Sequence[np.ndarray]) -> np.ndarray:
@@ -185,11 +177,6 @@ def _move(recorded: Recorded, part: Part, laws: Mapping[Pair, Candidate], built:
 def _predict(recorded: Recorded, part: Part, laws: Mapping[Pair, Candidate], state: State, noisy: np.ndarray,
              read: Callable[[PartModel], Value]) -> Value:
     return read(predict_part(recorded, part, state, laws, noisy))
-
-
-def _carry(recorded: Recorded, part: Part, laws: Mapping[Pair, Candidate], state: State, noisy: np.ndarray,
-           noise: Mapping[str, np.ndarray]) -> np.ndarray:
-    return predict_part(recorded, part, state, laws, noisy).carry(noise)
 
 
 def _multiply(recorded: Recorded, part: Part, laws: Mapping[Pair, Candidate], built: State,

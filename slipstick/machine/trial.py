@@ -41,8 +41,7 @@ class _Trial:
     """One block with namespaces of all that its equations may read."""
 
     def __init__(self, machine: Machine, block: Block) -> None:
-        self.block, place = block, f"the block '{block.name}' of the machine '{machine.name}'"
-        self.place = place
+        self.block, self.place = block, f"the block '{block.name}' of the machine '{machine.name}'"
         values: dict[str, float] = {each.name: each.profiles[0][0][1] for each in machine.commands if each.profiles}
         levels = {each.name: each.levels[0] if each.levels else 1.0 for each in machine.conditions}
         self.u = {identifier_of(name): np.full(_SHAPE, values.get(name, 1.0)) for name in block.reads
