@@ -1,13 +1,14 @@
 """The page of recordings: the signals of a run to flip through, its levels and flaws, and numbers of all runs."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from html import escape
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from slipstick.acquisition.flaws import Flaw, flaws
+from slipstick.acquisition.result import LeadIn
 from slipstick.bench.conditions import CONDITION_UNITS
 from slipstick.black_box import Measurements
 from slipstick.errors import UnknownName
@@ -74,6 +75,19 @@ def recordings_page(name: str, recordings: Recordings | Measurements | Runs, abo
         section("Recorded", _recorded(course)) if course.signals else "",
         section("Origin", definitions([*([("machine", recordings.machine)] if isinstance(recordings, Runs) else []),
                                        ("digest", recordings.digest)]))])
+
+
+def previewed_run(recordings: Recordings | Runs, run: int, lead: LeadIn | None) -> tuple[str, list[Panel]]:
+    """Return the conditions of a run in words, and its signals as panels, which begin with what `lead` has of it."""
+    course = _course_of(recordings)
+    words = described(course.conditions, run)
+    if lead is None or not course.signals:
+        return words, _panels(course, run) if course.signals else []
+    whole = np.concatenate([lead.time, course.time])
+    signals = {entry: np.hstack([lead.signals[entry], values[:len(lead.signals[entry])]])
+               for entry, values in course.signals.items()}
+    return words, _panels(replace(course, time=whole, signals=signals, instants={
+        "shift command": np.zeros(course.count), **course.instants}), run)
 
 
 def _course_of(recordings: Recordings | Measurements | Runs) -> Course:
@@ -143,8 +157,9 @@ def _panels(course: Course, run: int) -> list[Panel]:
         unit = course.units.get(entry, "")
         levels = {in_words(level): float(constant[run]) for level, constant in course.levels.items()
                   if course.units.get(level) == unit and np.isfinite(constant[run])}
+        known = slice(*np.flatnonzero(np.isfinite(values))[[0, -1]] + [0, 1])
         spans = () if entry in commands else [Span(flaw.kind, flaw.start, flaw.end)
-                                              for flaw in flaws(course.time, values)]
+                                              for flaw in flaws(course.time[known], values[known])]
         lowest = course.lowest.get(entry, -np.inf)
         signal = Signal(entry, unit, values, levels, spans,
                         {label: float(instant[run]) for label, instant in course.instants.items()}, lowest)

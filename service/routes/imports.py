@@ -8,12 +8,17 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from slipstick.acquisition.archive import MAPPING, import_archive
+from slipstick.acquisition.archive import MAPPING, ImportReport, import_archive
+from slipstick.machine import Runs
+from slipstick.recordings import Recordings
 
 from ..bodies import JsonRoute, require_media_type
 from ..computations import reads_upload
+from ..drawings import Drawings, DrawingsDependency
 from ..error_responses import error_responses
-from ..routes.recordings import RecordingsDescription, describe, store
+from ..front.panels import draw_elements
+from ..front.recorded import previewed_run
+from ..routes.recordings import RecordingsDescription, RunsDescription, describe, store
 from ..schemas import LibraryDependency
 
 router = APIRouter(prefix="/v1/recordings", tags=["recordings"], route_class=JsonRoute)
@@ -66,18 +71,38 @@ class SetAsideEngagement(BaseModel):
     reason: str = Field(description="Why the engagement cannot be used.")
 
 
+class SignalPicture(BaseModel):
+    """A signal or command of an engagement or run over time."""
+
+    title: str = Field(description="Name of the signal, with its unit.")
+    caption: str = Field(description="What is drawn and marked.")
+    note: str = Field(description="What is not drawn; empty for nothing.")
+    svg: str = Field(description="The picture as an SVG element.")
+
+
+class PicturedExperiment(BaseModel):
+    """The pictures of an engagement or run."""
+
+    label: str = Field(description="Name of the file, and number in it where the file has several.")
+    conditions: str = Field(description="Its conditions in words.")
+    pictures: list[SignalPicture] = Field(description="Its signals and commands. Those of an engagement begin before "
+                                                      "the shift command, where the file does.")
+
+
 class ImportDescription(BaseModel):
     """Imported recordings, and what must be known about them."""
 
-    recordings: RecordingsDescription = Field(description="The recordings, as stored.")
-    engagements: list[str] = Field(description="File, and number in it, of each engagement of the recordings.")
-    computed: bool = Field(description="Whether the shifting times were computed from the speeds.")
+    recordings: RecordingsDescription | RunsDescription = Field(description="The recordings, as stored.")
+    engagements: list[str] = Field(description="File, and number in it, of each engagement or run of the recordings.")
+    computed: bool | None = Field(description="Whether the shifting times were computed from the speeds; null for "
+                                              "runs of a machine.")
     set_aside: list[SetAsideEngagement] = Field(description="Engagements that cannot be used, with the reasons.")
     remarks: list[str] = Field(description="What was detected or assumed because the mapping does not state it.")
     doubts: list[str] = Field(description="What looks wrong: the marks of a swapped channel, a wrong sign or unit.")
     open_questions: list[str] = Field(description="What cannot be answered without the signals that were not mapped: "
                                                   "blocks that a study cannot test, and what no calibration "
                                                   "determines.")
+    pictures: list[PicturedExperiment] = Field(description="The first engagements or runs, as many as were asked for.")
 
 
 ImportBench = Annotated[str, Query(description="Name of the bench of the files.", openapi_examples={
@@ -91,6 +116,8 @@ ImportName = Annotated[str, Query(
 
 Preview = Annotated[bool, Query(description="Import without storing anything: the answer, with status 200, says what "
                                             "the recordings would be.")]
+Pictures = Annotated[int, Query(ge=0, le=12, description="Number of the first engagements or runs of which the answer "
+                                                         "has pictures.")]
 
 
 async def _archive(request: Request) -> bytes:
@@ -104,7 +131,8 @@ async def _archive(request: Request) -> bytes:
                  "model": ImportDescription}})
 @reads_upload
 def import_recordings(name: ImportName, bench: ImportBench, archive: Annotated[bytes, Depends(_archive)],
-                      library: LibraryDependency, response: Response, preview: Preview = False) -> ImportDescription:
+                      library: LibraryDependency, drawings: DrawingsDependency, response: Response,
+                      preview: Preview = False, pictures: Pictures = 0) -> ImportDescription:
     """Make recordings of the files of a data-acquisition system and store them.
 
     The request body is a ZIP archive (Content-Type application/zip) with the files (MDF, MATLAB, CSV or Parquet),
@@ -114,15 +142,25 @@ def import_recordings(name: ImportName, bench: ImportBench, archive: Annotated[b
     time and memory. An existing file is never replaced. With `preview`, nothing is stored.
     """
     library.bench(bench)  # refuses an unknown bench before the archive is read
-    content, report = import_archive(archive, library.folder / f"{bench}.toml")
+    content, report = import_archive(archive, library.folder / f"{bench}.toml", leads_in=pictures > 0)
     if preview:
         response.status_code = 200
         stored = describe(name, library.read_recordings(content, "h5"))
     else:
         stored = store(library, response, name, content, "h5")
-    assert isinstance(stored, RecordingsDescription)  # a mapping of a bench imports no runs of a machine
     return ImportDescription(
-        recordings=stored, engagements=list(report.engagements),
-        computed=report.computed,
+        recordings=stored, engagements=list(report.labels), computed=report.computed,
+        pictures=_draw(library.read_recordings(content, "h5"), report, pictures, drawings) if pictures else [],
         set_aside=[SetAsideEngagement(engagement=entry.label, reason=entry.reason) for entry in report.set_aside],
         remarks=list(report.remarks), doubts=list(report.doubts), open_questions=list(report.open_questions))
+
+
+def _draw(recordings: Recordings | Runs, report: ImportReport, count: int,
+          drawings: Drawings) -> list[PicturedExperiment]:
+    """Return pictures of the first experiments, at most `count`."""
+    shown = [(label, *previewed_run(recordings, run, report.led_in)) for run, label in enumerate(report.labels[:count])]
+    panels = [panel for _, _, each in shown for panel in each]
+    drawn = iter(draw_elements(drawings, panels, "preview") if panels else [])
+    return [PicturedExperiment(label=label, conditions=words, pictures=[
+        SignalPicture(title=panel.title, caption=panel.caption, note=panel.note, svg=next(drawn))
+        for panel in each]) for label, words, each in shown]

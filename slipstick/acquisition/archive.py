@@ -6,16 +6,22 @@ import zipfile
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path, PurePosixPath
+from pathlib import PurePosixPath
+
+import numpy as np
 
 from slipstick.acquisition.channel import Source
 from slipstick.acquisition.importing import import_sources
-from slipstick.acquisition.mapping import ChannelMap
+from slipstick.acquisition.machine_import import import_runs
+from slipstick.acquisition.machine_mapping import read_machine_mapping
+from slipstick.acquisition.mapping import FileMap
 from slipstick.acquisition.mapping_file import read_mapping
 from slipstick.acquisition.opening import FORMATS, is_hidden, is_measurement, open_source
-from slipstick.acquisition.result import SetAside
+from slipstick.acquisition.result import ImportedFiles, LeadIn, SetAside
+from slipstick.acquisition.subject import Subject, name_subject, open_subject
 from slipstick.bench import Bench
 from slipstick.errors import BadRecording
+from slipstick.machine import write_runs
 from slipstick.storage.isolated import isolated
 
 MAPPING = "channels.toml"
@@ -28,49 +34,83 @@ _FAILED = "The import of the archive crashes, or needs more than two minutes or 
 
 @dataclass(frozen=True)
 class ImportReport:
-    """What must be known about imported recordings; see `Imported`."""
+    """What must be known about imported recordings or runs; see `Imported`.
 
-    engagements: tuple[str, ...]
-    computed: bool
+    `computed` and `led_in` are None for runs of a machine, and `led_in` where nobody asks for it.
+    """
+
+    labels: tuple[str, ...]
+    computed: bool | None
+    led_in: LeadIn | None
     set_aside: tuple[SetAside, ...]
     remarks: tuple[str, ...]
     doubts: tuple[str, ...]
     open_questions: tuple[str, ...]
 
 
-def import_archive(content: bytes, bench: Path) -> tuple[bytes, ImportReport]:
-    """Recordings as HDF5, and what must be known about them, of the bytes of an archive with files of a `bench` file.
+def import_archive(content: bytes, subject: Subject, leads_in: bool = False) -> tuple[bytes, ImportReport]:
+    """Recordings as HDF5, and what must be known about them, of the bytes of an archive with files of a bench.
 
+    Those of a machine are runs. With `leads_in`, the report of a bench has what precedes the first shift commands.
     The archive has the mapping as `channels.toml`, the files, and the sheet of conditions if the mapping names one;
     folders are ignored. Everything is read in a limited child process. Raises `BadRecording`.
     """
-    request = json.dumps({"bench": str(bench.resolve())}).encode() + b"\n" + content
+    request = name_subject(subject, leads_in=leads_in) + content
     answer = isolated(request, "slipstick.acquisition.archive:answer", BadRecording, _SECONDS, _FAILED)
     said, _, recordings = answer.partition(b"\n")
     report = json.loads(said)
     aside = tuple(SetAside(entry["label"], entry["reason"]) for entry in report["set_aside"])
-    return recordings, ImportReport(tuple(report["engagements"]), report["computed"], aside, *(
+    lead = report["led_in"] and LeadIn(np.array(report["led_in"]["time"]), {
+        name: np.array(values) for name, values in report["led_in"]["signals"].items()})
+    return recordings, ImportReport(tuple(report["labels"]), report["computed"], lead, aside, *(
         tuple(report[name]) for name in ("remarks", "doubts", "open_questions")))
 
 
 def answer(request: bytes) -> bytes:
     """In the child process: a line with the report as JSON, and the recordings as HDF5."""
     said, _, content = request.partition(b"\n")
-    files = _files(content)
-    mapping = read_mapping(_take_file(files, MAPPING, "the mapping"), MAPPING)
+    subject, files = open_subject(said), _files(content)
+    text = _take_file(files, MAPPING, "the mapping")
+    if isinstance(subject, Bench):
+        mapping = read_mapping(text, MAPPING)
+        given = _take_measurements(files, mapping)
+        imported = import_sources(given.sources, mapping, subject, given.plan)
+        lead = imported.led_in if json.loads(said)["leads_in"] else None
+        return _report(imported, given, imported.computed, lead) + imported.recordings.to_bytes()
+    machine_mapping = read_machine_mapping(text, MAPPING, subject)
+    given = _take_measurements(files, machine_mapping)
+    cut = import_runs(given.sources, machine_mapping, subject, given.plan)
+    return _report(cut, given, None, None) + write_runs(cut.runs, subject)
+
+
+@dataclass(frozen=True, eq=False)
+class _Given:
+    """What an archive has beside the mapping: measurements, the sheet of conditions, and names of other files."""
+
+    sources: Iterator[Source]
+    plan: bytes | None
+    left_out: list[str]
+
+
+def _take_measurements(files: dict[PurePosixPath, bytes], mapping: FileMap) -> _Given:
     plan = None if mapping.plan is None else _take_file(files, mapping.plan, "the sheet of conditions")
-    left_out = [path.as_posix() for path in files if not is_measurement(path)]
     runs = {path.name: read for path, read in files.items() if is_measurement(path)}
     if not runs:
         raise BadRecording("The archive has no file of a known kind beside the mapping",
                            f"Known are names in {', '.join(FORMATS)}")
-    imported = import_sources(_sources(runs, mapping), mapping, Bench.open(json.loads(said)["bench"]), plan)
-    remarks = [*imported.remarks, *(f"left out of the archive, because of their names: {', '.join(left_out[:10])}"
-                                    for _ in left_out[:1])]
-    report = {"engagements": imported.labels, "computed": imported.computed,
-              "set_aside": [{"label": entry.label, "reason": entry.reason} for entry in imported.set_aside],
-              "remarks": remarks, "doubts": imported.doubts, "open_questions": imported.open_questions}
-    return json.dumps(report).encode() + b"\n" + imported.recordings.to_bytes()
+    return _Given(_sources(runs, mapping), plan, [path.as_posix() for path in files if not is_measurement(path)])
+
+
+def _report(imported: ImportedFiles, given: _Given, computed: bool | None, lead: LeadIn | None) -> bytes:
+    left_out = [f"left out of the archive, because of their names: {', '.join(given.left_out[:10])}"
+                for _ in given.left_out[:1]]
+    led_in = lead and {"time": lead.time.tolist(),
+                       "signals": {name: values.tolist() for name, values in lead.signals.items()}}
+    return json.dumps({
+        "labels": imported.labels, "computed": computed, "led_in": led_in,
+        "set_aside": [{"label": entry.label, "reason": entry.reason} for entry in imported.set_aside],
+        "remarks": [*imported.remarks, *left_out], "doubts": imported.doubts,
+        "open_questions": imported.open_questions}).encode() + b"\n"
 
 
 def _files(content: bytes) -> dict[PurePosixPath, bytes]:
@@ -103,6 +143,6 @@ def _take_file(files: dict[PurePosixPath, bytes], name: str, what: str) -> bytes
     return files.pop(path)
 
 
-def _sources(members: dict[str, bytes], mapping: ChannelMap) -> Iterator[Source]:
+def _sources(members: dict[str, bytes], mapping: FileMap) -> Iterator[Source]:
     for name in sorted(members):
         yield open_source(name, io.BytesIO(members[name]), mapping.csv)

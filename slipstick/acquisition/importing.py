@@ -14,12 +14,15 @@ from slipstick.acquisition.mapping import ChannelMap
 from slipstick.acquisition.mapping_file import NUMBERS
 from slipstick.acquisition.numbers import Numbers, Plan
 from slipstick.acquisition.open_questions import open_questions
-from slipstick.acquisition.result import Imported, SetAside
+from slipstick.acquisition.result import Imported, LeadIn, SetAside
 from slipstick.bench import Bench, parameters
 from slipstick.bench.conditions import CONDITION_UNITS, INPUT_UNITS, Conditions
 from slipstick.errors import BadRecording, InvalidValue
 from slipstick.recordings import FurtherChannel, Recordings, Signals
 from slipstick.recordings.signals import LARGEST
+
+_MOST_LED_IN, _LED_IN = 12, 0.25
+"""Engagements that are shown with what precedes them, and its largest share of what follows."""
 
 
 def import_sources(sources: Iterable[Source], mapping: ChannelMap, bench: Bench, plan: bytes | None = None,
@@ -108,7 +111,7 @@ def _of_engagements(candidates: Sequence[Engagement], mapping: ChannelMap, bench
         channels=channels,
         located=np.array([engagement.located.time if engagement.located else np.nan for engagement in kept]),
         error=np.array([engagement.located.error if engagement.located else np.nan for engagement in kept]),
-        computed=mapping.shifting_time is None, set_aside=tuple(aside),
+        computed=mapping.shifting_time is None, led_in=_lead_in(kept[:_MOST_LED_IN], window), set_aside=tuple(aside),
         remarks=(*remarks, tell_origins(kept, mapping), *chosen, *tell_channels(channels, mapped, mapped, window.step)),
         doubts=doubts(recordings, bench), open_questions=open_questions(signals.names, bench))
 
@@ -141,6 +144,16 @@ def _common_window(engagements: Sequence[Engagement], mapping: ChannelMap, bench
         raise BadRecording(f"clock.step is {step:g} s, and the recordings end {end:.4g} s after the shift command",
                            "Give a shorter step, or a later end")
     return make_window(step, min(map(min, steps.values())), end), remarks
+
+
+def _lead_in(kept: Sequence[Engagement], window: Window) -> LeadIn:
+    """What precedes the shift commands in the files, for at most a part of the time after them."""
+    begin = min(float(signal.time[0]) for engagement in kept for signal in engagement.tracks.values())
+    count = int(min(-begin, _LED_IN * window.end) / window.step)
+    before = Window(window.time[0] - window.step * np.arange(count, 0, -1.0), window.step)
+    return LeadIn(before.time, {name: align([{**engagement.tracks, **engagement.further}[name]
+                                             for engagement in kept], before)
+                                for name in (*kept[0].tracks, *kept[0].further)})
 
 
 def _lack(engagement: Engagement, window: Window, profile_end: float) -> str:

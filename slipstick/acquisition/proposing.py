@@ -1,13 +1,13 @@
-"""A mapping proposed for an uploaded file of a bench, which is read in a limited child process."""
+"""A mapping proposed for an uploaded file of a bench or machine, which is read in a limited child process."""
 
 import io
 import json
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 from slipstick.acquisition.channel import Listed
-from slipstick.acquisition.guess import Guess, Proposal, propose
+from slipstick.acquisition.guess import Guess, Proposal, propose, propose_for_machine
 from slipstick.acquisition.opening import open_source
+from slipstick.acquisition.subject import Subject, name_subject, open_subject
 from slipstick.bench import Bench
 from slipstick.errors import BadRecording
 from slipstick.storage.isolated import isolated
@@ -24,9 +24,9 @@ class UploadedProposal:
     proposal: Proposal
 
 
-def propose_uploaded(name: str, content: bytes, bench: Path) -> UploadedProposal:
-    """A mapping for files like the one with these bytes, called `name`, of a `bench` file; raises `BadRecording`."""
-    request = json.dumps({"name": name, "bench": str(bench.resolve())}).encode() + b"\n" + content
+def propose_uploaded(name: str, content: bytes, subject: Subject) -> UploadedProposal:
+    """A mapping for files like the one with these bytes, called `name`, of a `subject`; raises `BadRecording`."""
+    request = name_subject(subject, name=name) + content
     answered = json.loads(isolated(request, "slipstick.acquisition.proposing:answer", BadRecording, _SECONDS, _FAILED))
     guesses = tuple(Guess(**{**guess, "channel": guess["channel"] and Listed(**guess["channel"])})
                     for guess in answered["proposal"]["guesses"])
@@ -37,7 +37,7 @@ def propose_uploaded(name: str, content: bytes, bench: Path) -> UploadedProposal
 def answer(request: bytes) -> bytes:
     """In the child process: the channels and the proposal as JSON."""
     said, _, content = request.partition(b"\n")
-    given = json.loads(said)
-    source = open_source(given["name"], io.BytesIO(content))
-    proposed = UploadedProposal(source.listed(), propose(source, Bench.open(given["bench"])))
+    source, subject = open_source(json.loads(said)["name"], io.BytesIO(content)), open_subject(said)
+    proposal = propose(source, subject) if isinstance(subject, Bench) else propose_for_machine(source, subject)
+    proposed = UploadedProposal(source.listed(), proposal)
     return json.dumps(asdict(proposed)).encode()

@@ -1,5 +1,6 @@
 """What an import makes of files: recordings, and all that must be known about how they came about."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -36,6 +37,17 @@ class MappedChannel:
     note: str
 
 
+@dataclass(frozen=True, eq=False)
+class LeadIn:
+    """What comes before t = 0 of the first n experiments: `signals` (n, k) by name, at `time` (k,) in s below 0.
+
+    A value is NaN where a file has no sample.
+    """
+
+    time: np.ndarray
+    signals: Mapping[str, np.ndarray]
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ImportedFiles:
     """What is known of n experiments, called `labels`, on a clock of `step` s.
@@ -56,7 +68,7 @@ class ImportedFiles:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Imported(ImportedFiles):
-    """`recordings` of n engagements.
+    """`recordings` of n engagements, the first of which are `led_in` by what precedes their shift command.
 
     `located` (n,) are the shifting times by the speeds in s with their standard errors `error` (n,), NaN where the
     speeds do not show one; `computed` says whether the recordings have these, or recorded ones.
@@ -66,6 +78,7 @@ class Imported(ImportedFiles):
     located: np.ndarray
     error: np.ndarray
     computed: bool
+    led_in: LeadIn
     experiment: ClassVar[str] = "engagement"
 
 
