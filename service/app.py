@@ -23,6 +23,7 @@ from .following import Following
 from .heartbeats import Heartbeats
 from .job_store import APPLICATION, connect, job_stores
 from .job_table import JobTable
+from .machines import Machines
 from .metrics import RequestMetrics, StateMetrics
 from .observation import Observed
 from .openapi import openapi_document
@@ -113,6 +114,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         table = JobTable(engine, APPLICATION)
         app.state.jobs = job_stores(client, table)
         app.state.heartbeats = heartbeats = Heartbeats(engine)
+        app.state.machines = Machines(engine)
         app.state.health = Recent(
             partial(index.health_of, app.state.library, table, heartbeats), _HEALTH_SECONDS)
         state = StateMetrics(table, heartbeats, app.state.computations, app.state.following)

@@ -2,8 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from functools import cache
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -17,6 +16,9 @@ if TYPE_CHECKING:
 
 LARGEST = 1_000_000
 """Characters of a description as JSON."""
+AS_JSON: dict[str, Any] = {"ser_json_inf_nan": "strings"}
+"""Configuration of dataclasses that are written as JSON, which has no number for infinity."""
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,7 @@ class MachineDescription:
     s with a sample every `step` s.
     """
 
-    __pydantic_config__: ClassVar[dict[str, Any]] = {"ser_json_inf_nan": "strings"}
+    __pydantic_config__: ClassVar[dict[str, Any]] = AS_JSON
 
     name: str
     blocks: tuple[BlockDescription, ...]
@@ -73,21 +75,11 @@ class MachineDescription:
     @classmethod
     def from_json(cls, text: str | bytes) -> "MachineDescription":
         """Return the description that `to_json` wrote; raises `InvalidValue` for any other text."""
-        if len(text) > LARGEST:
-            raise _too_large(len(text))
-        try:
-            return _adapter().validate_json(text)
-        except ValueError as error:
-            raise InvalidValue(f"The description of the machine cannot be read: {str(error)[:300]}",
-                               "Write it with the same version of Slipstick") from error
+        return read_json(cls, text)
 
     def to_json(self) -> str:
         """Return the description as JSON; raises `InvalidValue` where it is too large."""
-        # A file may declare numbers and arrays of numpy.
-        text = _adapter().dump_json(self, warnings=False, fallback=lambda value: np.asarray(value).tolist()).decode()
-        if len(text) > LARGEST:
-            raise _too_large(len(text))
-        return text
+        return write_json(self)
 
 
 def describe_machine(machine: Machine) -> MachineDescription:
@@ -119,13 +111,38 @@ def _fail(measured: Any) -> Any:
     raise InvalidValue("The description of a machine has no equations", "Open the file that declares the machine")
 
 
+def read_json(kind: type[_T], text: str | bytes) -> _T:
+    """Return the dataclass of a `kind` that `write_json` wrote; raises `InvalidValue` for any other text."""
+    if len(text) > LARGEST:
+        raise _too_large(len(text))
+    try:
+        described: _T = _adapter(kind).validate_json(text)
+    except ValueError as error:
+        raise InvalidValue(f"The description of the machine cannot be read: {str(error)[:300]}",
+                           "Write it with the same version of Slipstick") from error
+    return described
+
+
+def write_json(value: Any) -> str:
+    """Return a dataclass as JSON; raises `InvalidValue` where it is too large, or not text and numbers."""
+    try:
+        # A file may declare numbers and arrays of numpy.
+        text: str = _adapter(type(value)).dump_json(
+            value, warnings=False, fallback=lambda each: np.asarray(each).tolist()).decode()
+    except ValueError as error:
+        raise InvalidValue(f"The description of the machine cannot be written: {str(error)[:300]}",
+                           "Declare names as texts, and values as numbers") from error
+    if len(text) > LARGEST:
+        raise _too_large(len(text))
+    return text
+
+
 def _too_large(size: int) -> InvalidValue:
     return InvalidValue(f"The description of the machine has {size:,} characters; the limit is {LARGEST:,}",
                         "Declare profiles with fewer corners")
 
 
-@cache
-def _adapter() -> "TypeAdapter[MachineDescription]":
+def _adapter(kind: Any) -> "TypeAdapter[Any]":
     from pydantic import TypeAdapter  # an extra, which declarations need not
 
-    return TypeAdapter(MachineDescription)
+    return TypeAdapter(kind)
