@@ -9,6 +9,7 @@ from fastapi.responses import HTMLResponse
 from starlette.responses import Response
 
 from slipstick.errors import SlipstickError, UnknownName
+from slipstick.machine import MachineDescription
 from slipstick.report.markup import paragraph
 from slipstick.storage.library import Library
 
@@ -25,6 +26,7 @@ from ..front.holdings import about_bench, about_recordings, about_table, holding
 from ..front.jobs import Jobs
 from ..front.laws import thumbnail
 from ..front.mapped import table_page
+from ..front.mapping import bench_rows, machine_rows
 from ..front.orders import bench_orders, machine_tables, recordings_orders, table_orders
 from ..front.page import document
 from ..front.recorded import recordings_page
@@ -34,6 +36,7 @@ from ..heartbeats import Heartbeats
 from ..job_filter import JobFilter
 from ..job_store import JobStore
 from ..jobs import JobStores, finished_job, output_of, version_of
+from ..machines import MachinesDependency
 from ..pictures import PICTURE_RESPONSE, picture_response
 from ..revalidation import Revalidation, RevalidationDependency
 from ..routes.benches import BenchNamePath
@@ -41,6 +44,7 @@ from ..routes.recordings import RecordingsNamePath
 from ..routes.studies import StudyId, StudyStore
 from ..routes.tables import TableNamePath
 from ..schemas import LibraryDependency
+from ..subjects import ImportBench, ImportMachine, find_subject, list_declared
 
 router = APIRouter(route_class=JsonRoute, include_in_schema=False)
 
@@ -76,10 +80,19 @@ async def front_events(request: Request, library: LibraryDependency, stores: Job
 
 
 @router.get("/upload", response_class=HTMLResponse)
-def add_files(library: LibraryDependency) -> HTMLResponse:
+def add_files(library: LibraryDependency, machines: MachinesDependency) -> HTMLResponse:
     """The page on which files are added."""
-    return HTMLResponse(document("Add files", upload_page(library.benches(), machine_tables(library)), UPLOAD_SCRIPTS),
-                        headers={"Cache-Control": "no-store"})
+    body = upload_page(library.benches(), list_declared(machines), machine_tables(library))
+    return HTMLResponse(document("Add files", body, UPLOAD_SCRIPTS), headers={"Cache-Control": "no-store"})
+
+
+@router.get("/upload/mapping", response_class=HTMLResponse)
+def mapping_rows(library: LibraryDependency, machines: MachinesDependency, bench: ImportBench = None,
+                 machine: ImportMachine = None) -> HTMLResponse:
+    """The fields of the mapping of a bench or machine, which the page of added files shows."""
+    subject = find_subject(library, machines, bench, machine)
+    rows = machine_rows(subject) if isinstance(subject, MachineDescription) else bench_rows(library.bench(subject.stem))
+    return HTMLResponse(rows, headers={"Cache-Control": "no-store"})
 
 
 @router.get("/tables/{name}", response_class=HTMLResponse)

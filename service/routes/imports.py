@@ -18,8 +18,10 @@ from ..drawings import Drawings, DrawingsDependency
 from ..error_responses import error_responses
 from ..front.panels import draw_elements
 from ..front.recorded import previewed_run
+from ..machines import MachinesDependency
 from ..routes.recordings import RecordingsDescription, RunsDescription, describe, store
 from ..schemas import LibraryDependency
+from ..subjects import ImportBench, ImportMachine, find_subject
 
 router = APIRouter(prefix="/v1/recordings", tags=["recordings"], route_class=JsonRoute)
 
@@ -105,10 +107,6 @@ class ImportDescription(BaseModel):
     pictures: list[PicturedExperiment] = Field(description="The first engagements or runs, as many as were asked for.")
 
 
-ImportBench = Annotated[str, Query(description="Name of the bench of the files.", openapi_examples={
-    "heavy": {"summary": "The shipped bench of the recordings `measured`", "value": "heavy"}})]
-
-
 ImportName = Annotated[str, Query(
     description="Name of the new recordings: up to 64 letters, digits, - and _, starting with a letter or digit.",
     openapi_examples={"mine": {"summary": "A new name", "value": "imported-files"}})]
@@ -125,24 +123,26 @@ async def _archive(request: Request) -> bytes:
     return await request.body()
 
 
-@router.post("/import", summary="Import files of a bench", status_code=201, openapi_extra=_UPLOAD_BODY,
+@router.post("/import", summary="Import files of a bench or machine", status_code=201, openapi_extra=_UPLOAD_BODY,
              responses=error_responses(404, 408, 409, 413, 415, 503) | {200: {
                  "description": "Identical recordings already existed under this name, or it was a `preview`",
                  "model": ImportDescription}})
 @reads_upload
-def import_recordings(name: ImportName, bench: ImportBench, archive: Annotated[bytes, Depends(_archive)],
-                      library: LibraryDependency, drawings: DrawingsDependency, response: Response,
-                      preview: Preview = False, pictures: Pictures = 0) -> ImportDescription:
-    """Make recordings of the files of a data-acquisition system and store them.
+def import_recordings(name: ImportName, archive: Annotated[bytes, Depends(_archive)], library: LibraryDependency,
+                      machines: MachinesDependency, drawings: DrawingsDependency, response: Response,
+                      bench: ImportBench = None, machine: ImportMachine = None, preview: Preview = False,
+                      pictures: Pictures = 0) -> ImportDescription:
+    """Make recordings of a `bench`, or runs of a declared `machine`, of the files of a data-acquisition system.
 
     The request body is a ZIP archive (Content-Type application/zip) with the files (MDF, MATLAB, CSV or Parquet),
     their mapping `channels.toml`, and the sheet of conditions if the mapping names one, made by
     `zip -r files.zip channels.toml runs`. Send it by `curl --data-binary @files.zip --header 'Content-Type:
     application/zip'`. `docs/your_files.md` describes the mapping. The files are read in a child process with limited
-    time and memory. An existing file is never replaced. With `preview`, nothing is stored.
+    time and memory. An existing file is never replaced. With `preview`, nothing is stored. A machine is one that a
+    worker has told of (`slipstick work --machine FILE.py`); its file is not run.
     """
-    library.bench(bench)  # refuses an unknown bench before the archive is read
-    content, report = import_archive(archive, library.folder / f"{bench}.toml", leads_in=pictures > 0)
+    subject = find_subject(library, machines, bench, machine)
+    content, report = import_archive(archive, subject, leads_in=pictures > 0)
     if preview:
         response.status_code = 200
         stored = describe(name, library.read_recordings(content, "h5"))

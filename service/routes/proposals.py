@@ -12,8 +12,10 @@ from slipstick.acquisition.proposing import propose_uploaded
 from ..bodies import JsonRoute, require_media_type
 from ..computations import reads_upload
 from ..error_responses import error_responses
-from ..routes.imports import ImportBench, example_file
+from ..machines import MachinesDependency
+from ..routes.imports import example_file
 from ..schemas import LibraryDependency
+from ..subjects import ImportBench, ImportMachine, find_subject
 
 router = APIRouter(prefix="/v1/recordings", tags=["recordings"], route_class=JsonRoute)
 
@@ -66,16 +68,16 @@ async def _file(request: Request) -> bytes:
 @router.post("/proposal", summary="Propose a mapping of channels", openapi_extra=_UPLOAD_BODY,
              responses=error_responses(404, 408, 413, 415, 503))
 @reads_upload
-def propose_mapping(file: FileName, bench: ImportBench, content: Annotated[bytes, Depends(_file)],
-                    library: LibraryDependency) -> MappingProposal:
-    """Read a file of a data-acquisition system and propose which channel is which signal of a bench.
+def propose_mapping(file: FileName, content: Annotated[bytes, Depends(_file)], library: LibraryDependency,
+                    machines: MachinesDependency, bench: ImportBench = None,
+                    machine: ImportMachine = None) -> MappingProposal:
+    """Read a file of a data-acquisition system and propose which channel is which signal of a `bench` or `machine`.
 
     The request body is the file (MDF, MATLAB, CSV or Parquet; Content-Type application/octet-stream). Nothing is
     stored. Complete the proposal, and import the files with it by `POST /v1/recordings/import`. The file is read in a
     child process with limited time and memory.
     """
-    library.bench(bench)  # refuses an unknown bench before the file is read
-    proposed = propose_uploaded(file, content, library.folder / f"{bench}.toml")
+    proposed = propose_uploaded(file, content, find_subject(library, machines, bench, machine))
     proposal = proposed.proposal
     return MappingProposal(
         channels=[FileChannel.of(channel) for channel in proposed.channels], open_keys=list(proposal.open_keys),
