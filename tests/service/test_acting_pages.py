@@ -1,8 +1,10 @@
 """The pages on which a user acts: what their forms send is what the operations take, and the whole way in a browser."""
 
+import json
 import re
 import shutil
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -15,13 +17,20 @@ from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.remote.webelement import WebElement
 from selenium.webdriver.support.select import Select
 from selenium.webdriver.support.wait import WebDriverWait
+from sqlalchemy import text as sql
 from test_import_route import FILES, ZIP
 from test_problems import problem
 
 from service.settings import Settings
 from service.tokens import new_token
+from slipstick.black_box import BlackBox
+from slipstick.black_box.known import KnownMachine, list_known
+from slipstick.storage.database import open_database
 from tests.benches import TABLES
 from tests.slipstick.acquisition.conftest import LOCK, archive, csv, run
+from tests.slipstick.acquisition.sled import MAP as OF_SLEDS
+from tests.slipstick.acquisition.sled import SLED, STANDSTILLS, as_csv, recording
+from worker import heartbeat, known_machines
 
 PAGES = ("/", "/upload", "/find", "/compare", "/recordings/measured", "/tables/nominal", "/benches/heavy")
 
@@ -199,6 +208,82 @@ def test_a_preview_says_what_would_be_imported_and_stores_nothing(client: httpx.
     stored = send()
     assert stored.status_code == 201
     assert stored.json() == preview.json()
+    pictured, = send(preview="true", pictures="3").json()["pictures"]
+    assert pictured["label"] == "a.csv"
+    assert pictured["conditions"] == "profile 0, motor 157 rad/s, 0.4 kg m², brake 5 N m"
+    pressure = next(each for each in pictured["pictures"] if each["title"] == "pressure [bar]")
+    assert "dashed: shift command and shifting time" in pressure["caption"]
+    assert pressure["svg"].startswith("<svg ")
+    problem(send(preview="true", pictures="13"), 422)
+
+
+@pytest.fixture
+def sled(folder: Path) -> None:
+    """A worker has told of the sled, which was called with signs of HTML and TOML, and of a machine without channels.
+    """
+    tell_of(folder, [*list_known([replace(SLED, name=MACHINE)], []), *list_known([], BlackBox.open_all("two_tanks"))])
+
+
+MACHINE = 'the <b>"sled"</b>'
+OF_SLED = {"machine": MACHINE}
+
+
+def tell_of(folder: Path, machines: list[KnownMachine]) -> None:
+    """Let a worker tell of machines in the job database of a folder."""
+    engine = open_database(f"sqlite:///{folder}/jobs.sqlite")
+    with engine.begin() as connection:
+        connection.execute(sql(heartbeat._CREATE))
+    heartbeat.beat(engine, "sledge")
+    known_machines.tell(engine, "sledge", machines)
+
+
+def test_files_of_a_machine_are_proposed_previewed_and_imported(client: httpx.Client, folder: Path, sled: None) -> None:
+    def propose(**query: str) -> httpx.Response:
+        return client.post("/v1/recordings/proposal", params={"file": "sled.csv", **query},
+                           content=as_csv(recording()), headers={"Content-Type": "application/octet-stream"})
+
+    def send(files: dict[str, bytes], **query: str) -> httpx.Response:
+        return client.post("/v1/recordings/import", params={"name": "moves", **OF_SLED, **query},
+                           content=archive(files), headers=ZIP)
+
+    assert propose(**OF_SLED).json()["open_keys"][-1] == "load"
+    both = {**OF_SLED, "bench": "heavy"}
+    for query, words in (({}, "Neither a bench nor a machine"), (both, "A bench and a machine"),
+                         ({"machine": "two tanks"}, "declares outputs, and no channels")):
+        assert words in problem(propose(**query), 422)["detail"]
+    assert "'sled'" in problem(propose(machine="sled"), 404)["detail"]
+    mapping = f"{OF_SLEDS}{STANDSTILLS}".replace('{ value = "3 N" }', '{ column = "load" }\nplan = "plan.csv"')
+    files = {"channels.toml": mapping.encode(), "sled.csv": as_csv(recording()),
+             "plan.csv": b"file;load [N]\nsled.csv;3,5\n"}
+    preview = send(files, preview="true", pictures="2")
+    assert preview.status_code == 200, preview.text
+    body = preview.json()
+    assert (body["recordings"]["machine"], body["computed"], len(body["engagements"])) == (MACHINE, None, 5)
+    assert [[each["title"] for each in run["pictures"]] for run in body["pictures"]] == 2 * [
+        ["position [m]", "speed [m/s]", "drive voltage [V]"]]
+    assert not (folder / "tables" / "moves.h5").exists()
+    stored = send(files)
+    assert stored.status_code == 201
+    assert client.get(stored.headers["Location"]).json()["conditions"] == {"load": [3.5] * 5}
+    assert "sled" in client.get("/recordings/moves").text
+    other = as_csv({"t": recording()["t"], "v": recording()["v"]})
+    assert "other.csv has no channel" in problem(send({**files, "other.csv": other}), 422)["detail"]
+    for wrong in ({"sled.csv": b""}, {"sled.csv": b"\0" * 99}, {"plan.csv": b""}, {"channels.toml": b"[signals"}):
+        assert problem(send({**files, **wrong}), 422)["remedy"]
+
+
+def test_fields_of_a_mapping_are_named_and_escaped(client: httpx.Client, sled: None) -> None:
+    assert "machine=the+%3Cb%3E%22sled%22%3C%2Fb%3E" in client.get("/upload").text
+    for query in ({"bench": "heavy"}, OF_SLED):
+        page = client.get("/upload/mapping", params=query).text
+        forms = Forms(f"<form>{page}</form>")
+        assert sorted(set(forms.ids)) == sorted(forms.ids)
+        (_, fields), = forms.forms
+        for field in fields:
+            assert field.get("aria-label") or field["id"] in forms.labelled, field
+    paths = [json.loads(field["data-path"]) for field in fields if "data-path" in field]
+    assert ["commands", "drive voltage", "held"] in paths
+    problem(client.get("/upload/mapping", params={"machine": "nowhere"}), 404)
 
 
 def text(page: str) -> str:
@@ -309,6 +394,14 @@ class Person:
         self.browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", button)
         button.click()
 
+    def go_to(self, selector: str) -> WebElement:
+        """What the key Tab reaches by and by."""
+        for _ in range(200):
+            self.browser.switch_to.active_element.send_keys(Keys.TAB)
+            if self.browser.execute_script("return document.activeElement.matches(arguments[0])", selector):
+                return self.browser.switch_to.active_element
+        raise AssertionError(f"Tab does not reach {selector}")
+
     def arrive(self, path: str) -> None:
         self.wait.until(lambda browser: browser.current_url.partition("#")[0] == f"{self.address}{path}")
 
@@ -364,7 +457,7 @@ def test_from_files_to_a_comparison_in_a_browser(quick_service: tuple[Path, http
         paths.append(tmp_path / f"{name}.csv")
         paths[-1].write_bytes(csv(run(lock=lock), units="ms;kPa;rpm;rpm;N m"))
     choose = person.form("read-files")
-    person.fill(choose, files="\n".join(map(str, paths)), bench="compact", name="logged")
+    person.fill(choose, files="\n".join(map(str, paths)), subject="bench=compact", name="logged")
     person.send(choose)
     mapping = person.form("mapping")
     person.wait.until(lambda _: mapping.is_displayed())
@@ -372,9 +465,13 @@ def test_from_files_to_a_comparison_in_a_browser(quick_service: tuple[Path, http
     assert Select(pressure).first_selected_option.text == "p_oil [kPa]"
     person.send(mapping)
     assert "shift_command" in person.wrong(mapping)
-    person.fill(mapping, **{"shift_command.time": "100 ms", "current_profile.value": "0",
-                            "motor_speed.value": "1500 rpm", "load_inertia.value": "0.4 kg m^2",
-                            "brake_torque.value": "5 N m"})
+    sheet = tmp_path / "plan.csv"
+    sheet.write_text("file;brake torque [N m]\na.csv;5,0\nb.csv;5,0\n")
+    person.form("mapping")  # with what was folded when it was shown
+    person.fill(mapping, **{"shift_command.level": "100 ms", "current_profile.value": "0",
+                            "motor_speed.value": "1500 rpm", "load_inertia.value": "0,4 kg m^2", "plan": str(sheet)})
+    brake = Select(mapping.find_element(By.NAME, "conditions.brake_torque"))
+    person.wait.until(lambda _: brake.first_selected_option.text == "brake torque [N m]")
     sign = mapping.find_element(By.NAME, "signals.output_torque.sign")
     screen.execute_script("arguments[0].scrollIntoView({block: 'center'})", sign)
     sign.click()
@@ -383,9 +480,11 @@ def test_from_files_to_a_comparison_in_a_browser(quick_service: tuple[Path, http
     person.wait.until(lambda _: preview.is_displayed())
     assert "1 of 2 engagements" in preview.text
     assert "b.csv: no lock-up" in preview.text
+    assert len(preview.find_elements(By.CSS_SELECTOR, ".picture svg")) == 5
     assert not (tables / "logged.h5").exists()
     person.send(preview)
     person.arrive("/recordings/logged")
+    import_runs_by_keys(person, tables, tmp_path)
     # Two fits, the second one by the keyboard alone, watched to their ends without a reload by hand.
     person.open("/recordings/acted")
     fit = person.form("fit")
@@ -436,18 +535,39 @@ def test_from_files_to_a_comparison_in_a_browser(quick_service: tuple[Path, http
     assert [message for message in severe if "status of 4" not in message] == []
 
 
+def import_runs_by_keys(person: Person, tables: Path, folder: Path) -> None:
+    """Cut a long recording of the sled into runs, after its file was chosen with keys only, and look at two of them."""
+    name = 'long "x" <b>.csv'
+    (folder / name).write_bytes(as_csv(recording()).replace(b"t,v,x,u", b"t [ms],v [mm/s],x [mm],u [V]"))
+    tell_of(tables.parent, list_known([SLED], []))
+    person.open("/upload")
+    choose = person.form("read-files")
+    person.fill(choose, files=str(folder / name), subject="machine=sled")
+    assert choose.find_element(By.NAME, "name").get_attribute("value") == "long-x-b-"
+    person.go_to("#read-files button").send_keys(Keys.ENTER)
+    mapping = person.form("mapping")
+    person.wait.until(lambda _: mapping.is_displayed())
+    person.go_to("[name='commands.drive voltage.channel']").send_keys("u")
+    person.go_to("[name='conditions.load.value']").send_keys("3 N")
+    person.go_to("[name='runs.cut']").send_keys("at stand")
+    person.go_to("[name='runs.channel']").send_keys("v")
+    person.go_to("[name='runs.level']").send_keys("20")
+    person.go_to("#mapping .send button").send_keys(Keys.ENTER)
+    preview = person.form("preview")
+    person.wait.until(lambda _: preview.is_displayed())
+    assert "5 of 5 runs, none is set aside" in preview.text
+    assert f"{name}, run 0: load 3 N" in preview.text
+    person.browser.switch_to.active_element.send_keys(Keys.ARROW_RIGHT)
+    assert f"{name}, run 1: load 3 N" in preview.text
+    person.go_to("#preview .send button").send_keys(Keys.ENTER)
+    person.arrive("/recordings/long-x-b-")
+    assert (tables / "long-x-b-.h5").exists()
+
+
 def by_keyboard(person: Person) -> None:
     """Start a fit of `acted` with Tab, Space, letters and Enter only."""
     person.open("/recordings/acted")
-    screen = person.browser
-
-    def go_to(selector: str) -> WebElement:
-        for _ in range(200):
-            screen.switch_to.active_element.send_keys(Keys.TAB)
-            if screen.execute_script("return document.activeElement.matches(arguments[0])", selector):
-                return screen.switch_to.active_element
-        raise AssertionError(f"Tab does not reach {selector}")
-
+    screen, go_to = person.browser, person.go_to
     go_to("#start-fit > summary").send_keys(Keys.ENTER)
     go_to("#fit input[value=initial_position]").send_keys(Keys.SPACE)
     go_to("#fit [name=Idempotency-Key]").send_keys("acted-two")

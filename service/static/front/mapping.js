@@ -15,22 +15,26 @@ if (choose) {
   connect(choose, propose);
   connect(mapping, show);
   connect(preview, store);
-  mapping.addEventListener("input", async event => {
-    preview.hidden = true;
-    if (event.target === text) {
-      return;
-    }
-    if (event.target.id === "map-plan") {
-      await readSheet(event.target.files[0]);
-    } else if (event.target.id === "map-conditions-pattern") {
-      readPattern(event.target);
-    }
-    arrange();
-    write();
-  });
+  mapping.addEventListener("input", follow);
+  mapping.addEventListener("change", follow);
   choose.addEventListener("change", () => {
     mapping.hidden = preview.hidden = true;
   });
+}
+
+// Follow what was changed in a field.
+async function follow({ target }) {
+  preview.hidden = true;
+  if (target === text) {
+    return;
+  }
+  if (target.id === "map-plan") {
+    await readSheet(target.files[0]);
+  } else if (target.id === "map-conditions-pattern") {
+    readPattern(target);
+  }
+  arrange();
+  write();
 }
 
 async function propose() {

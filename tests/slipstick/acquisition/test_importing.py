@@ -52,6 +52,20 @@ def test_signals_come_in_the_units_signs_and_clock_of_the_model() -> None:
     assert again.digest == found.recordings.digest
 
 
+def test_first_engagements_are_led_in_by_what_precedes_the_shift_command() -> None:
+    first, later = run(), run(seed=2)
+    later = Run({name: values[40:] - (40 if name == "t" else 0) for name, values in later.columns.items()})
+    text = edited('time = "100 ms"', 'channel = "n_out"\nabove = 5')
+    lead, signals = (found := imported(first, later, text=text)).led_in, found.recordings.signals
+    assert signals is not None
+    assert lead.time[-1] == pytest.approx(-1e-3)
+    for row, one in enumerate((first, later)):
+        whole = np.concatenate([lead.signals["pressure"][row], signals.pressure[row]])
+        known = np.isfinite(whole)
+        assert np.isnan(lead.signals["pressure"][row]).sum() == pytest.approx(40 * row, abs=2)
+        np.testing.assert_allclose(whole[known], one.columns["p_oil"][:known.sum()] / 100, atol=1e-6)
+
+
 def test_a_faster_channel_is_filtered_and_said() -> None:
     fast = run(step=2e-4)
     found = imported(fast, text=MAP + '[clock]\nstep = "1 ms"\n')
@@ -389,7 +403,7 @@ def asked(files: dict[str, bytes]) -> bytes:
 def test_an_archive_becomes_recordings_in_a_child_process() -> None:
     content, report = import_archive(archive(FILES), BENCH)
     assert Recordings.read(content, "h5").measured_time == pytest.approx([LOCK], abs=3e-3)
-    assert (report.engagements, report.computed, report.set_aside, report.doubts) == (("a.csv",), True, (), ())
+    assert (report.labels, report.computed, report.set_aside, report.doubts) == (("a.csv",), True, (), ())
     assert any("decimal commas" in remark for remark in report.remarks)
 
 
@@ -397,11 +411,11 @@ def test_what_systems_and_people_put_into_an_archive_is_left_out_and_said() -> N
     beside = {"__MACOSX/runs/._a.csv": b"\0\5\x16\7", ".DS_Store": b"\0\0\0\1Bud1", "runs/Thumbs.db": b"\xd0\xcf",
               "other/Thumbs.db": b"\xd0", "runs/desktop.ini": b"[.ShellClassInfo]", "runs/protocol.pdf": b"%PDF\0"}
     _, report = import_archive(archive({**FILES, **beside}), BENCH)
-    assert report.engagements == ("a.csv",)
+    assert report.labels == ("a.csv",)
     assert report.remarks[-1] == "left out of the archive, because of their names: runs/Thumbs.db, other/Thumbs.db, " \
         "runs/desktop.ini, runs/protocol.pdf"
     _, report = import_archive(archive({"channels.toml": MAP.encode(), "runs\\a.csv": csv(run())}), BENCH)
-    assert report.engagements == ("a.csv",)
+    assert report.labels == ("a.csv",)
 
 
 @pytest.mark.parametrize(("files", "says"), [
