@@ -461,7 +461,7 @@ def test_from_files_to_a_comparison_in_a_browser(quick_service: tuple[Path, http
     person.send(choose)
     mapping = person.form("mapping")
     person.wait.until(lambda _: mapping.is_displayed())
-    pressure = mapping.find_element(By.NAME, "signals.pressure")
+    pressure = mapping.find_element(By.NAME, "signals.pressure.channel")
     assert Select(pressure).first_selected_option.text == "p_oil [kPa]"
     person.send(mapping)
     assert "shift_command" in person.wrong(mapping)
