@@ -37,6 +37,8 @@ _NO_WORKER = ('<aside class="warnings"><p><strong>No worker is alive.</strong> J
 Active = FitWithProgress | StudyWithProgress | CalibrationWithProgress | BuildWithProgress
 Listed = Fit | Study | Calibration | Build
 JOB_KINDS: tuple[JobKind[Listed, Active], ...] = (STUDIES, FITS, CALIBRATIONS, BUILDS)
+_ALWAYS_LISTED = STUDIES, FITS
+"""The kinds to which each page links."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,7 @@ def _list_ended(kind: JobKind[Listed, Active], store: JobStore, count: int) -> s
     jobs = store.newest(count + 1, 0, JobFilter(status=ENDED))
     older = Link(f"Show more {title.lower()}", f"/?count={min(1000, 2 * count)}#{title.lower()}")
     return group(title, [ended_entry(store, kind.without_progress(store, job)) for job in jobs[:count]],
-                 f"No {store.workflow} has ended yet.",
+                 f"No {kind.name} has ended yet." if kind in _ALWAYS_LISTED else "",
                  *([older] if len(jobs) > count else []), *listings(store.address))
 
 
@@ -163,7 +165,7 @@ def ended_entry(store: JobStore, job: Listed) -> Entry:
 
 
 def _name(job: Listed) -> str:
-    subject = job.name if isinstance(job, Build) else job.recordings
+    subject = job.name if isinstance(job, Build) else job.table if isinstance(job, Fit) else job.recordings
     return job_name(type(job).__name__.removesuffix("WithProgress").lower(), subject, job.id, job.submitted)
 
 
