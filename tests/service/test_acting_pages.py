@@ -448,7 +448,7 @@ def by_keyboard(person: Person) -> None:
                 return screen.switch_to.active_element
         raise AssertionError(f"Tab does not reach {selector}")
 
-    go_to("#start-fit > summary").send_keys(Keys.ENTER)
+    go_to("details:has(#fit) > summary").send_keys(Keys.ENTER)
     go_to("#fit input[value=initial_position]").send_keys(Keys.SPACE)
     go_to("#fit [name=Idempotency-Key]").send_keys("acted-two")
     go_to("#fit .experts > summary").send_keys(Keys.SPACE)
