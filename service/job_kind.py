@@ -73,7 +73,7 @@ class JobKind(Generic[Entry, State]):
             progress = {**progress, "done": 1.0}
         fields = vars(self.without_progress(store, job))
         if (machine := fields.get("machine")) and fields["status"] == "queued" and not Machines(
-                store.table.engine).workers(machine):
+                store.table.engine).has_worker(machine):
             fields["note"] = tell_missing(machine)
         return self.state.model_validate({**fields, "ahead": store.ahead(job), "progress": progress})
 

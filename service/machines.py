@@ -1,5 +1,6 @@
 """The machines that workers have told of in the job database (worker/known_machines.py). No file of them is run."""
 
+import hashlib
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated
@@ -32,6 +33,11 @@ class StoredMachine:
         """What is told of it; raises `InvalidValue` where that cannot be read."""
         return _read(self.content)
 
+    @property
+    def digest(self) -> str:
+        """SHA-256 of what is told of it."""
+        return hashlib.sha256(self.content.encode()).hexdigest()
+
 
 @dataclass(eq=False)
 class Machines:
@@ -44,15 +50,19 @@ class Machines:
         """Return all machines by their names."""
         return self._select()
 
+    def get(self, name: str) -> StoredMachine | None:
+        """Return a machine, None where no worker has told of it."""
+        return next(iter(self._select(name)), None)
+
     def find(self, name: str) -> StoredMachine:
         """Return a machine; raises `UnknownName`."""
-        for each in self._select(name):
-            return each
-        raise UnknownName.of("machine", name, [each.name for each in self.read_all()])
+        if (stored := self.get(name)) is None:
+            raise UnknownName.of("machine", name, [each.name for each in self.read_all()])
+        return stored
 
-    def workers(self, name: str) -> int:
-        """Return the number of running workers that have a machine."""
-        return next((each.workers for each in self._select(name)), 0)
+    def has_worker(self, name: str) -> bool:
+        """Whether a running worker has a machine."""
+        return (stored := self.get(name)) is not None and stored.workers > 0
 
     def _select(self, name: str | None = None) -> list[StoredMachine]:
         self._exist = self._exist or inspect(self.engine).has_table("slipstick_machine_workers")

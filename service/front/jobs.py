@@ -23,6 +23,7 @@ from ..job_filter import ENDED, JobFilter
 from ..job_kind import JobKind
 from ..job_store import JobStore
 from ..jobs import Progress, finished_job, is_of_machine, is_partial, output_of
+from ..machines import tell_missing
 from ..routes.builds import BUILDS
 from ..routes.calibrations import CALIBRATIONS
 from ..routes.fits import FITS
@@ -120,7 +121,8 @@ def describe_progress(job: Active) -> str:
 def _describe_stage(job: Active) -> str:
     if job.status == "queued":
         place = "Next in its queue" if job.ahead == 0 else f"{plural(job.ahead or 0, 'job')} before it in its queue"
-        return paragraph(place, "doing")
+        missing = tell_missing(str(getattr(job, "machine", "")))
+        return paragraph(place, "doing") + (paragraph(f"{missing}.", "doing") if job.note == missing else "")
     match job.progress:
         case StudyProgress(step=step, steps=steps, done=done, doing=doing):
             return _bar(f"Steps of {job.id}", done) + paragraph(f"Step {step} of {steps}. {doing}", "doing")
