@@ -111,6 +111,11 @@ def page_of(job: Listed) -> str:
     return job.links["self"].removeprefix("/v1")
 
 
+def lacks_machine(job: Active) -> bool:
+    """Return whether a job waits for a worker that has its machine."""
+    return job.note == tell_missing(str(getattr(job, "machine", None)))
+
+
 def describe_progress(job: Active) -> str:
     """Progress in words, and as a bar where the share that is done is known."""
     left = None if job.progress is None else job.progress.budget_left
@@ -121,8 +126,7 @@ def describe_progress(job: Active) -> str:
 def _describe_stage(job: Active) -> str:
     if job.status == "queued":
         place = "Next in its queue" if job.ahead == 0 else f"{plural(job.ahead or 0, 'job')} before it in its queue"
-        missing = tell_missing(str(getattr(job, "machine", "")))
-        return paragraph(place, "doing") + (paragraph(f"{missing}.", "doing") if job.note == missing else "")
+        return paragraph(place, "doing") + (paragraph(f"{job.note}.", "doing") if lacks_machine(job) else "")
     match job.progress:
         case StudyProgress(step=step, steps=steps, done=done, doing=doing):
             return _bar(f"Steps of {job.id}", done) + paragraph(f"Step {step} of {steps}. {doing}", "doing")

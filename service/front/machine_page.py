@@ -114,7 +114,7 @@ def _blocks(blocks: Iterable[BlockDescription]) -> str:
 
 
 def _sensors(declared: MachineDescription) -> str:
-    rows = [(each.signal, units.raised(each.unit), f"{each.noise:g}" if each.noise else "not stated")
+    rows = [(each.signal, _unit(each.unit), f"{each.noise:g}" if each.noise else "not stated")
             for each in declared.sensors]
     words = ["Noise: the standard deviation that simulated runs get; that of recordings is estimated."]
     words += [f"{what}: {listed(list(names))}." for what, names in (
@@ -161,10 +161,11 @@ def _commands(commands: Iterable[Command]) -> str:
 
 
 def _conditions(conditions: Iterable[Condition]) -> str:
-    rows = [(each.name, ", ".join(f"{level:g}" for level in each.levels) or "not stated", units.raised(each.unit),
+    rows = [(each.name, units.with_unit(", ".join(f"{level:g}" for level in each.levels) or "not stated",
+                                        _unit(each.unit)),
              _percent(each.within) + (", drifts" if each.drifts else ""), _percent(each.scatter))
             for each in conditions]
-    return table(("condition", "levels", "unit", "error of a level", "scatter between runs"), rows, {1, 2}) \
+    return table(("condition", "levels", "error of a level", "scatter between runs"), rows, {1}) \
         if rows else ""
 
 
@@ -190,7 +191,7 @@ def _value(parameter: Parameter) -> str:
     if parameter.first_of is not None:
         return f"first {parameter.first_of}"
     return "not stated" if parameter.value is None else units.with_unit(
-        f"{parameter.value:.6g}", units.raised(parameter.unit))
+        f"{parameter.value:.6g}", _unit(parameter.unit))
 
 
 def _change(parameter: Parameter, change: float) -> str:
@@ -199,7 +200,7 @@ def _change(parameter: Parameter, change: float) -> str:
         return "estimated"
     nominal = 1.0 if parameter.value is None else parameter.value
     return _percent(change) if parameter.is_factor(nominal) else units.with_unit(
-        f"{change * (parameter.scale or abs(nominal) or 1.0):.3g}", units.raised(parameter.unit))
+        f"{change * (parameter.scale or abs(nominal) or 1.0):.3g}", _unit(parameter.unit))
 
 
 def _quantities(declared: MachineDescription) -> str:
@@ -208,7 +209,7 @@ def _quantities(declared: MachineDescription) -> str:
         return ""
     fluctuates = any(each.disturbance for each in quantities)
     head = ("quantity", "unit", "may depend on", *(["fluctuates by"] if fluctuates else []))
-    rows = [(each.name, "share" if each.relative else units.raised(each.unit) or "1", _dependence(each),
+    rows = [(each.name, "share" if each.relative else _unit(each.unit) or "1", _dependence(each),
              *([f"{each.disturbance:g}" if each.disturbance else ""] if fluctuates else [])) for each in quantities]
     errors = [f"{each.quantity} over {each.over}" for block in declared.blocks for each in block.curves]
     return fold(table(head, rows, {1, 2}), len(rows), "quantity") + paragraph(
@@ -228,7 +229,7 @@ def _effects(declared: MachineDescription) -> str:
 
 
 def _outputs(declared: MachineDescription) -> str:
-    unit_of = {each.signal: units.raised(each.unit) for each in declared.sensors}
+    unit_of = {each.signal: _unit(each.unit) for each in declared.sensors}
 
     def meaning(output: Output) -> str:
         for level, word in ((output.above, "rises above"), (output.below, "falls below")):
@@ -237,7 +238,7 @@ def _outputs(declared: MachineDescription) -> str:
                                        unit_of.get(output.of, ""))
         return f"{output.of}: {_TAKEN.get(output.take, output.take)}"
 
-    rows = [(in_words(each.name), units.raised(each.unit) or "1", meaning(each)) for each in declared.outputs]
+    rows = [(in_words(each.name), _unit(each.unit) or "1", meaning(each)) for each in declared.outputs]
     return table(("output", "unit", "meaning"), rows, {1, 2}) if rows else ""
 
 
@@ -251,7 +252,7 @@ def _tables(known: KnownMachine) -> str:
         names = listed([_titled(each.about.output.name, each.about.output.unit) for each in outputs])
         over = listed([_titled(each.name, each.unit) for each in columns])
         simulators = listed(list(dict.fromkeys(each.about.simulator for each in outputs)))
-        rows = [(in_words(each.name), f"{each.nominal:.6g}", units.raised(each.unit),
+        rows = [(in_words(each.name), f"{each.nominal:.6g}", _unit(each.unit),
                  f"{each.lower:.3g} to {each.upper:.3g}") for each in inputs]
         parts += [paragraph(f"Tables can be built of {names}, under {plural(conditions, 'condition')} of {over}."),
                   f"<details><summary>{plural(len(inputs), 'input')} with their ranges</summary>\n"
@@ -262,8 +263,13 @@ def _tables(known: KnownMachine) -> str:
     return "\n".join(parts)
 
 
+def _unit(unit: str) -> str:
+    """A unit with raised exponents, which is not broken at the end of a line."""
+    return units.raised(unit).replace(" ", "\N{NO-BREAK SPACE}")
+
+
 def _titled(name: str, unit: str) -> str:
-    return in_words(name) if unit in ("", "1") else f"{in_words(name)} [{units.raised(unit)}]"
+    return in_words(name) if unit in ("", "1") else f"{in_words(name)} [{_unit(unit)}]"
 
 
 def _runs_of(name: str, library: Library) -> list[Entry]:

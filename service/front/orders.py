@@ -10,6 +10,7 @@ from slipstick.engine.settings import EngineSettings
 from slipstick.errors import SlipstickError
 from slipstick.interface.build import PAPER_AXES
 from slipstick.machine import Runs
+from slipstick.pictures import units
 from slipstick.pictures.theme import in_words
 from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
@@ -38,7 +39,7 @@ def recordings_orders(library: Library, name: str, recordings: Recordings | Meas
         worker = needed_worker(recordings.machine, stored)
         return {"Study these runs": machine_study_form(name, worker),
                 "Calibrate the machine to these runs": calibration_form(name, None, worker),
-                **machine_orders(recordings.machine, stored)}
+                **machine_orders(recordings.machine, stored, worker)}
     tables = [(entry, table) for entry, table in valid_tables(library) if _fits(table, recordings)]
     orders = {"Study these recordings": study_form(name, library.benches()),
               "Calibrate a bench to these recordings": calibration_form(name, library.benches())} \
@@ -62,14 +63,17 @@ def machine_tables(library: Library) -> list[str]:
     return [name for name, table in valid_tables(library) if isinstance(table.model, BlackBoxDescription)]
 
 
-def machine_orders(name: str, stored: StoredMachine | None) -> dict[str, Form]:
-    """Return the jobs that a machine can be given to: a table, unless it is known that it is not simulated."""
+def machine_orders(name: str, stored: StoredMachine | None, worker: str = "") -> dict[str, Form]:
+    """Return the jobs that a machine can be given to: a table, unless it is known that it is not simulated.
+
+    `worker` says which worker they need.
+    """
     known = None
     if stored is not None:
         with suppress(SlipstickError):  # the page of the machine says why it cannot be read
             known = stored.known
     return {} if known is not None and not known.outputs else {
-        "Build a table of the machine": machine_build_form(name, known, needed_worker(name, stored))}
+        "Build a table of the machine": machine_build_form(name, known, worker)}
 
 
 def needed_worker(machine: str, stored: StoredMachine | None) -> str:
@@ -102,12 +106,12 @@ def machine_build_form(machine: str, known: KnownMachine | None, worker: str) ->
     """The form of a build of a table of a machine; without what is `known` of it, of its first output and all inputs.
     """
     simulated = [] if known is None else known.outputs
-    outputs = [(each.about.output.name, f"{in_words(each.about.output.name)} in {each.about.output.unit}")
+    outputs = [(each.about.output.name, f"{in_words(each.about.output.name)} in {units.raised(each.about.output.unit)}")
                for each in simulated]
     inputs = {given.name: given for each in simulated for given in each.about.inputs}
     axes = [Field(f"axes.{given.name}", in_words(given.name).capitalize(),
-                  f"lowest and highest multiple of {given.nominal:.6g} {given.unit}, from {given.lower:.3g} to "
-                  f"{given.upper:.3g}, and number of points, such as 0.8 1.2 9", "numbers")
+                  f"lowest and highest multiple of {given.nominal:.6g} {units.raised(given.unit)}, from "
+                  f"{given.lower:.3g} to {given.upper:.3g}, and number of points, such as 0.8 1.2 9", "numbers")
             for given in inputs.values()]
     return Form("build", "/v1/builds", "Start the build", [
         Field("machine", "", kind="hidden", value=machine), _TABLE_NAME,
