@@ -6,6 +6,7 @@ All of it comes from the job database, and is text or numbers.
 import math
 from collections.abc import Iterable, Mapping
 from html import escape
+from itertools import islice
 from typing import Any
 from urllib.parse import quote
 
@@ -85,9 +86,9 @@ def machine_page(stored: StoredMachine, orders: Mapping[str, Form], library: Lib
         section("Blocks", paragraph("The model is cut where a signal is measured. Each block reads what was commanded, "
                                     "stated or measured, and gives the next signal."), _blocks(declared.blocks)),
         section("Sensors", _sensors(declared)),
-        section("Experiments", _experiments(declared), draw_panels(drawings, [
-            _draw_command(each, declared.duration) for each in declared.commands if each.profiles], "machine",
-            stored.digest), _commands(declared.commands), _conditions(declared.conditions)),
+        section("Experiments", _experiments(declared), draw_panels(
+            drawings, _draw_commands(declared), "machine", stored.digest), _commands(declared.commands),
+            _conditions(declared.conditions)),
         section("Parameters", _parameter_table(declared.blocks)),
         section("What a law may change", _quantities(declared)),
         section("Effects with a name", _effects(declared)),
@@ -134,15 +135,24 @@ def _experiments(declared: MachineDescription) -> str:
                      f"{factor * declared.step:g} {unit}: all combinations of {listed(choices) or 'nothing'}.")
 
 
-def _draw_command(command: Command, duration: float) -> Panel:
-    profiles = command.profiles[:_MOST_CURVES]
-    corners = [np.array(each, float) for each in profiles]
-    end = max([duration, *(float(each[-1, 0]) for each in corners)])
-    curves = {f"profile {number}": _extend(each, end) for number, each in enumerate(corners)}
-    left = len(command.profiles) - len(profiles)
-    return Panel(draw_curves(command.name, command.unit, ("time", "s"), curves),
-                 f"The {plural(len(profiles), 'profile')} of the command {command.name} over time.",
-                 f"{left:,} more are not drawn." if left else "")
+def _draw_commands(declared: MachineDescription) -> list[Panel]:
+    """A panel for each command with profiles; of what a worker tells, corners may be missing or not finite."""
+    panels = []
+    for command in declared.commands:
+        corners = {f"profile {number}": np.array(each, float) for number, each in enumerate(command.profiles)
+                   if each and np.isfinite(each).all()}
+        shown = dict(islice(corners.items(), _MOST_CURVES))
+        if not shown:
+            continue
+        end = max(float(each[-1, 0]) for each in shown.values())
+        end = max(end, declared.duration) if math.isfinite(declared.duration) else end
+        left = len(command.profiles) - len(shown)
+        panels.append(Panel(
+            draw_curves(command.name, command.unit, ("time", "s"),
+                        {name: _extend(each, end) for name, each in shown.items()}),
+            f"The {plural(len(shown), 'profile')} of the command {command.name} over time.",
+            f"{left:,} more are not drawn." if left else ""))
+    return panels
 
 
 def _extend(corners: np.ndarray, end: float) -> tuple[np.ndarray, np.ndarray]:

@@ -181,6 +181,23 @@ def test_texts_of_a_declaration_stay_texts(client: httpx.Client, tell: Tell) -> 
         assert Forms(page).inline == []
 
 
+def test_odd_numbers_of_a_declaration_are_left_out(client: httpx.Client, tell: Tell) -> None:
+    inf, nan = float("inf"), float("nan")
+    sweep = MOTOR.declared.commands[0].profiles[0]
+    many = tuple(tuple((time, value + shift) for time, value in sweep) for shift in range(40))
+    command = replace(MOTOR.declared.commands[0], profiles=((), ((0.0, nan),), ((inf, 1.0),), *many))
+    condition = replace(MOTOR.declared.conditions[0], levels=(nan, 1e300), within=inf)
+    parameter = Parameter("gain", "V", value=nan, within=nan, scatter=inf)
+    block = replace(MOTOR.declared.blocks[0], parameters=(parameter,))
+    tell(KnownMachine("dc motor", replace(
+        MOTOR.declared, blocks=(block,), commands=(command,), conditions=(condition,), duration=inf, step=nan), ()))
+    declared = client.get("/v1/machines/dc motor").raise_for_status().json()["declaration"]
+    assert (declared["duration"], declared["conditions"][0]["levels"]) == (None, [None, 1e300])
+    page = client.get("/machines/dc motor").raise_for_status().text
+    assert page.count("<svg role=") == 1
+    assert "31 more are not drawn" in words(page)
+
+
 def test_a_form_builds_a_table_of_any_output_and_inputs(client: httpx.Client, tell: Tell) -> None:
     tell(MOTOR)
     page, document = client.get("/machines/dc motor").text, client.get("/openapi.json").json()
