@@ -23,6 +23,7 @@ from .following import Following
 from .heartbeats import Heartbeats
 from .job_store import APPLICATION, connect, job_stores
 from .job_table import JobTable
+from .machines import Machines
 from .metrics import RequestMetrics, StateMetrics
 from .observation import Observed
 from .openapi import openapi_document
@@ -42,6 +43,7 @@ from .routes import (
     index,
     job_pages,
     likelihood,
+    machines,
     operation,
     propagate,
     proposals,
@@ -113,6 +115,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         table = JobTable(engine, APPLICATION)
         app.state.jobs = job_stores(client, table)
         app.state.heartbeats = heartbeats = Heartbeats(engine)
+        app.state.machines = Machines(engine)
         app.state.health = Recent(
             partial(index.health_of, app.state.library, table, heartbeats), _HEALTH_SECONDS)
         state = StateMetrics(table, heartbeats, app.state.computations, app.state.following)
@@ -141,9 +144,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.drawings = Drawings()
     app.state.following = Following(configuration.followers, configuration.follow_seconds)
     app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
-    for module in (index, benches, tables, table_upload, recordings, imports, proposals, files, downloads, evaluate,
-                   propagate, likelihood, fits, reports, residuals, studies, study_laws, study_reports, calibrations,
-                   builds, umbridge, front, job_pages, operation):
+    for module in (index, benches, machines, tables, table_upload, recordings, imports, proposals, files, downloads,
+                   evaluate, propagate, likelihood, fits, reports, residuals, studies, study_laws, study_reports,
+                   calibrations, builds, umbridge, front, job_pages, operation):
         # Not `include_router`, which builds each route again and looks for it through every router, twice.
         app.router.routes.extend(module.router.routes)
     documented = app.router.routes.copy()

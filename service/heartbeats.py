@@ -7,7 +7,7 @@ from sqlalchemy import Engine, inspect, text
 from slipstick.storage.database import clock
 
 _TABLE = "slipstick_workers"
-_DEAD_SECONDS = 5.0
+DEAD_SECONDS = 5.0
 
 
 @dataclass(eq=False)
@@ -24,5 +24,5 @@ class Heartbeats:
             return 0
         with self.engine.connect() as connection:
             count: int = connection.execute(text(
-                f"SELECT count(*) FROM {_TABLE} WHERE seen >= {clock(self.engine)} - {_DEAD_SECONDS}")).scalar_one()
+                f"SELECT count(*) FROM {_TABLE} WHERE seen >= {clock(self.engine)} - {DEAD_SECONDS}")).scalar_one()
         return count

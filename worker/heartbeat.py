@@ -37,6 +37,7 @@ def start(engine: Engine, name: str, lock: NameLock) -> None:
             connection.execute(text(_CREATE))
     except IntegrityError:
         pass  # PostgreSQL: another worker has made the table at the same moment
+    beat(engine, name)
     threading.Thread(target=_beat_for_ever, args=(engine, name, lock), daemon=True).start()
 
 

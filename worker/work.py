@@ -13,6 +13,7 @@ from pathlib import Path
 from slipstick import interruption
 from slipstick.black_box import BlackBox
 from slipstick.black_box.declared import open_once
+from slipstick.black_box.known import list_known
 from slipstick.errors import InvalidValue
 from slipstick.storage import shipped
 
@@ -58,7 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     from slipstick.storage.database import file_of, is_server, open_database, shown
 
-    from . import build_job, calibration_job, fit_job, heartbeat, jobs, study_job
+    from . import build_job, calibration_job, fit_job, heartbeat, jobs, known_machines, study_job
     from .worker_name import locked_name
 
     if not Path(arguments.tables).is_dir():
@@ -68,6 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
     files = [file for path in paths for file in BlackBox.open_all(path)]
     simulators = Simulators({file.description.digest: file for file in files}, arguments.dask)
     declared = {open_once(path).name: str(path) for path in paths if path.suffix == ".py"}
+    known = list_known([open_once(Path(path)) for path in declared.values()], files)
     stops = {signal.SIGTERM, signal.SIGINT}
     resource_tracker.ensure_running()  # before the next lines: when it starts, it unblocks these signals
     # Blocked before other threads start: they inherit the mask, so that only `sigwait` below receives the signals.
@@ -90,6 +92,7 @@ def run(arguments: argparse.Namespace) -> int:
         for queue in jobs.QUEUES:
             DBOS.register_queue(queue, worker_concurrency=1, polling_interval_sec=0.2)
         heartbeat.start(engine, name, lock)
+        known_machines.tell(engine, name, known)
         print(f"Worker {name} is waiting for jobs in {shown(arguments.jobs)}", flush=True)
         received = signal.sigwait(stops)
         if rehearsal is not None:

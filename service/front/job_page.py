@@ -9,7 +9,7 @@ from slipstick.report.words import duration
 
 from ..build_schemas import Build
 from ..front.elements import Link, moment
-from ..front.jobs import Active, Listed, answer_of, describe_progress, describe_subject, name_of, page_of
+from ..front.jobs import Active, Listed, answer_of, describe_progress, describe_subject, lacks_machine, name_of, page_of
 from ..job_kind import JobKind
 from ..job_store import JobStore
 from ..study_schemas import FindingLaw
@@ -28,10 +28,12 @@ SCRIPTS = ('<script src="/static/front/act.js" type="module"></script>'
 
 
 def job_page(kind: JobKind[Listed, Active], store: JobStore, job: Active, workers: int,
-             others: Sequence[Listed], laws: Sequence[FindingLaw], orders: Mapping[str, Form]) -> str:
+             others: Sequence[Listed], laws: Sequence[FindingLaw], orders: Mapping[str, Form],
+             links: Sequence[Link]) -> str:
     """Return the content of the page of a job, which can be compared with `others` of its kind.
 
-    `laws` are those that a study has measured, and `orders` the jobs that its result can be given to.
+    `laws` are those that a study has measured, and `orders` the jobs that its result can be given to. `links` are those
+    to what it is of, beside its files.
     """
     ended = job.status in ("done", "failed", "cancelled")
     state = f'<div id="state">{job_state(store, job, workers)}</div>' if ended else \
@@ -50,7 +52,7 @@ def job_page(kind: JobKind[Listed, Active], store: JobStore, job: Active, worker
         section("Results", _downloads(kind, job, laws, bool(orders))) if job.status == "done" else "",
         section("What to do", WITHOUT_SCRIPT, *(folded(title, form.html()) for title, form in orders.items()),
                 _comparison(kind, job, others), cancel, delete),
-        section("Origin", _origin(job))])
+        section("Origin", _origin(job, links))])
 
 
 def job_state(store: JobStore, job: Active, workers: int) -> str:
@@ -60,7 +62,7 @@ def job_state(store: JobStore, job: Active, workers: int) -> str:
         return mark + paragraph(answer_of(store, job.id, str(job.ended)), "lead")
     if job.status in ("failed", "cancelled"):
         return mark + (paragraph(job.problem, "lead") if job.problem else "")
-    return mark + describe_progress(job) + ("" if workers else _NO_WORKER)
+    return mark + describe_progress(job) + ("" if workers or lacks_machine(job) else _NO_WORKER)
 
 
 def _downloads(kind: JobKind[Listed, Active], job: Active, laws: Sequence[FindingLaw], has_model: bool) -> str:
@@ -102,12 +104,11 @@ def _label(job: Listed) -> str:
     return f"{name_of(job)}: {describe_subject(job)}, {moment(job.ended)}"
 
 
-def _origin(job: Active) -> str:
-    links = []
-    for name, folder in (("recordings", "recordings"), ("table", "tables"), ("bench", "benches")):
-        if value := getattr(job, name, None):
-            links.append((name, f"/{folder}/{value}", value))
-    files = '<p class="links">' + " · ".join(f"{kind} {Link(text, href).html()}" for kind, href, text in links) + "</p>"
+def _origin(job: Active, further: Sequence[Link]) -> str:
+    links = [f"{name} {Link(value, f'/{folder}/{value}').html()}"
+             for name, folder in (("recordings", "recordings"), ("table", "tables"), ("bench", "benches"))
+             if (value := getattr(job, name, None))]
+    files = '<p class="links">' + " · ".join([*links, *(link.html() for link in further)]) + "</p>"
     times = [("submitted", moment(job.submitted)), ("started", moment(job.started)), ("ended", moment(job.ended))]
     budget = "none" if job.time_budget is None else duration(job.time_budget)
     return files + definitions([("id", job.id), *((name, time) for name, time in times if time),

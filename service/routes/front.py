@@ -1,6 +1,6 @@
 """The front page, and the stream that keeps its jobs up to date."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -8,7 +8,9 @@ from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse
 from starlette.responses import Response
 
+from slipstick.black_box import BlackBoxDescription
 from slipstick.errors import SlipstickError, UnknownName
+from slipstick.machine import Runs
 from slipstick.report.markup import paragraph
 from slipstick.storage.library import Library
 
@@ -17,6 +19,7 @@ from ..computations import computes
 from ..drawings import DrawingsDependency
 from ..following import EventStream, FollowingDependency, LastEventId, State
 from ..front.details import bench_page
+from ..front.elements import Link
 from ..front.file_actions import Folder, file_actions, invalid_page
 from ..front.find import quick_form
 from ..front.first_steps import first_steps
@@ -24,8 +27,9 @@ from ..front.forms import SCRIPT, Form
 from ..front.holdings import about_bench, about_recordings, about_table, holdings
 from ..front.jobs import Jobs
 from ..front.laws import thumbnail
+from ..front.machine_page import machine_entry, machine_links, machine_page
 from ..front.mapped import table_page
-from ..front.orders import bench_orders, machine_tables, recordings_orders, table_orders
+from ..front.orders import bench_orders, machine_orders, machine_tables, recordings_orders, table_orders
 from ..front.page import document
 from ..front.recorded import recordings_page
 from ..front.upload import SCRIPTS as UPLOAD_SCRIPTS
@@ -34,9 +38,11 @@ from ..heartbeats import Heartbeats
 from ..job_filter import JobFilter
 from ..job_store import JobStore
 from ..jobs import JobStores, finished_job, output_of, version_of
+from ..machines import MachinesDependency
 from ..pictures import PICTURE_RESPONSE, picture_response
 from ..revalidation import Revalidation, RevalidationDependency
 from ..routes.benches import BenchNamePath
+from ..routes.machines import MachineNamePath
 from ..routes.recordings import RecordingsNamePath
 from ..routes.studies import StudyId, StudyStore
 from ..routes.tables import TableNamePath
@@ -55,13 +61,14 @@ _SCRIPT = '<script src="/static/front/live.js" type="module"></script>'
 
 
 @router.get("/", response_class=HTMLResponse)
-def front_page(request: Request, library: LibraryDependency, stores: JobStores,
+def front_page(request: Request, library: LibraryDependency, stores: JobStores, machines: MachinesDependency,
                count: Count = 10) -> HTMLResponse:
     """What the service holds, and what it is doing."""
     jobs = _jobs(request, library, stores, count)
     body = "\n".join(["<h1>Test bench against simulation</h1>", paragraph(_ABOUT, "lead"),
                       f'<div class="start"><a class="button" href="/upload">Add files</a>{quick_form()}</div>',
-                      f'<div id="live" data-events="/events?count={count}">', jobs, "</div>", holdings(library)])
+                      f'<div id="live" data-events="/events?count={count}">', jobs, "</div>",
+                      holdings(library, [machine_entry(each) for each in machines.read_all()])])
     return HTMLResponse(document("Slipstick", body, f"{_NO_SCRIPT}\n{_SCRIPT}"), headers={"Cache-Control": "no-store"})
 
 
@@ -84,14 +91,16 @@ def add_files(library: LibraryDependency) -> HTMLResponse:
 
 @router.get("/tables/{name}", response_class=HTMLResponse)
 @computes
-def table_details(name: TableNamePath, library: LibraryDependency, stores: JobStores, client: RevalidationDependency,
-                  drawings: DrawingsDependency, condition: Number = 0, x: AxisName = None,
-                  y: AxisName = None) -> HTMLResponse:
+def table_details(name: TableNamePath, library: LibraryDependency, stores: JobStores, machines: MachinesDependency,
+                  client: RevalidationDependency, drawings: DrawingsDependency, condition: Number = 0,
+                  x: AxisName = None, y: AxisName = None) -> HTMLResponse:
     """The page of a table."""
     def content() -> _Content:
         table, about = library.table(name), about_table(library, name)
+        machine = table.model.title if isinstance(table.model, BlackBoxDescription) else None
         return _Content((table.digest, about), table_orders(library, name, table),
-                        lambda: table_page(name, table, about, condition, (x, y), drawings))
+                        lambda: table_page(name, table, about, condition, (x, y), drawings),
+                        machine_links(machines, machine))
 
     return _file_page("tables", name, content, stores, JobFilter(table=name, status=["done"]), client)
 
@@ -99,12 +108,15 @@ def table_details(name: TableNamePath, library: LibraryDependency, stores: JobSt
 @router.get("/recordings/{name}", response_class=HTMLResponse)
 @computes
 def recordings_details(name: RecordingsNamePath, library: LibraryDependency, stores: JobStores,
-                       client: RevalidationDependency, drawings: DrawingsDependency, run: Number = 0) -> HTMLResponse:
+                       machines: MachinesDependency, client: RevalidationDependency, drawings: DrawingsDependency,
+                       run: Number = 0) -> HTMLResponse:
     """The page of recordings."""
     def content() -> _Content:
         recordings, about = library.recorded(name), about_recordings(library, name)
-        return _Content((recordings.digest, about), recordings_orders(library, name, recordings),
-                        lambda: recordings_page(name, recordings, about, run, drawings))
+        machine = recordings.machine if isinstance(recordings, Runs) else None
+        return _Content((recordings.digest, about), recordings_orders(library, name, recordings, machines),
+                        lambda: recordings_page(name, recordings, about, run, drawings),
+                        machine_links(machines, machine))
 
     return _file_page("recordings", name, content, stores, JobFilter(recordings=name, status=["done"]), client)
 
@@ -121,6 +133,17 @@ def bench_details(name: BenchNamePath, library: LibraryDependency, stores: JobSt
                         lambda: bench_page(name, bench, about, drawings))
 
     return _file_page("benches", name, content, stores, JobFilter(bench=name, status=["done"]), client)
+
+
+@router.get("/machines/{name:path}", response_class=HTMLResponse)
+@computes
+def machine_details(name: MachineNamePath, library: LibraryDependency, machines: MachinesDependency,
+                    client: RevalidationDependency, drawings: DrawingsDependency) -> HTMLResponse:
+    """The page of a machine that a worker has, or had."""
+    stored = machines.find(name)
+    body = machine_page(stored, machine_orders(name, stored), library, drawings)
+    client.require_change(body)
+    return HTMLResponse(document(name, body, SCRIPT))
 
 
 @router.get("/studies/{id}/law.svg", response_class=Response, responses=PICTURE_RESPONSE)
@@ -140,6 +163,7 @@ class _Content:
     version: tuple[str, ...]
     orders: Mapping[str, Form]
     draw: Callable[[], str]
+    links: Sequence[Link] = ()
 
 
 def _file_page(folder: Folder, name: str, content: Callable[[], _Content], stores: JobStores, users: JobFilter,
@@ -152,7 +176,7 @@ def _file_page(folder: Folder, name: str, content: Callable[[], _Content], store
         raise
     except SlipstickError as error:
         return HTMLResponse(document(name, invalid_page(folder, name, str(error), results), SCRIPT))
-    actions = file_actions(folder, name, shown.orders, results)
+    actions = file_actions(folder, name, shown.orders, results, shown.links)
     client.require_change(*shown.version, actions)
     head, first, details = shown.draw().partition("<section")  # what can be done stands before long tables
     return HTMLResponse(document(name, f"{head}{actions}\n{first}{details}", f"{SCRIPT}{_FLIP}"))

@@ -12,6 +12,13 @@ from slipstick.machine.declaration import (
     Quantity,
     Sensor,
 )
+from slipstick.machine.description import (
+    BlockDescription,
+    EffectDescription,
+    MachineDescription,
+    channels_of,
+    describe_machine,
+)
 from slipstick.machine.experiments import (
     Experiments,
     evaluate_output,
@@ -24,6 +31,7 @@ from slipstick.machine.opening import open_machine
 from slipstick.machine.runs import Profile, Runs
 from slipstick.machine.runs_file import holds_runs, read_runs, require_runs, units_of, write_runs
 
-__all__ = ["Block", "Command", "Condition", "Curve", "Effect", "Experiments", "Kind", "Machine", "Output", "Parameter",
-           "Profile", "Quantity", "Runs", "Sensor", "evaluate_output", "has_experiments", "holds_runs",
-           "list_experiments", "open_machine", "read_runs", "require_runs", "select_profiles", "units_of", "write_runs"]
+__all__ = ["Block", "BlockDescription", "Command", "Condition", "Curve", "Effect", "EffectDescription", "Experiments",
+           "Kind", "Machine", "MachineDescription", "Output", "Parameter", "Profile", "Quantity", "Runs", "Sensor",
+           "channels_of", "describe_machine", "evaluate_output", "has_experiments", "holds_runs", "list_experiments",
+           "open_machine", "read_runs", "require_runs", "select_profiles", "units_of", "write_runs"]
