@@ -43,6 +43,7 @@ from .routes import (
     index,
     job_pages,
     likelihood,
+    machines,
     operation,
     propagate,
     proposals,
@@ -143,9 +144,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.drawings = Drawings()
     app.state.following = Following(configuration.followers, configuration.follow_seconds)
     app.state.library = Library(configuration.tables, configuration.folder_bytes, configuration.engagements)
-    for module in (index, benches, tables, table_upload, recordings, imports, proposals, files, downloads, evaluate,
-                   propagate, likelihood, fits, reports, residuals, studies, study_laws, study_reports, calibrations,
-                   builds, umbridge, front, job_pages, operation):
+    for module in (index, benches, machines, tables, table_upload, recordings, imports, proposals, files, downloads,
+                   evaluate, propagate, likelihood, fits, reports, residuals, studies, study_laws, study_reports,
+                   calibrations, builds, umbridge, front, job_pages, operation):
         # Not `include_router`, which builds each route again and looks for it through every router, twice.
         app.router.routes.extend(module.router.routes)
     documented = app.router.routes.copy()

@@ -11,6 +11,7 @@ from slipstick.storage.library import Library
 
 from .job_store import KINDS, JobInput, JobStore
 from .jobs import Job, input_of, job_fields, job_id_path, output_of, store_of
+from .machines import Machines, tell_missing
 from .paging import Page
 
 Entry = TypeVar("Entry", bound=Job, covariant=True)
@@ -70,8 +71,11 @@ class JobKind(Generic[Entry, State]):
             progress = None
         elif progress is not None and job.status == "SUCCESS" and self.ends_complete:
             progress = {**progress, "done": 1.0}
-        return self.state.model_validate({**vars(self.without_progress(store, job)), "ahead": store.ahead(job),
-                                          "progress": progress})
+        fields = vars(self.without_progress(store, job))
+        if (machine := fields.get("machine")) and fields["status"] == "queued" and not Machines(
+                store.table.engine).has_worker(machine):
+            fields["note"] = tell_missing(machine)
+        return self.state.model_validate({**fields, "ahead": store.ahead(job), "progress": progress})
 
     def finished(self, job: WorkflowStatus) -> BaseModel:
         """Return the result of a finished job, with what it is of."""

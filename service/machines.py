@@ -1,8 +1,9 @@
 """The machines that workers have told of in the job database (worker/known_machines.py). No file of them is run."""
 
+import hashlib
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import Depends, Request
 from sqlalchemy import Engine, inspect, text
@@ -32,6 +33,11 @@ class StoredMachine:
         """What is told of it; raises `InvalidValue` where that cannot be read."""
         return _read(self.content)
 
+    @property
+    def digest(self) -> str:
+        """SHA-256 of what is told of it."""
+        return hashlib.sha256(self.content.encode()).hexdigest()
+
 
 @dataclass(eq=False)
 class Machines:
@@ -42,22 +48,37 @@ class Machines:
 
     def read_all(self) -> list[StoredMachine]:
         """Return all machines by their names."""
-        return self._select("", {})
+        return self._select()
+
+    def get(self, name: str) -> StoredMachine | None:
+        """Return a machine, None where no worker has told of it."""
+        return next(iter(self._select(name)), None)
 
     def find(self, name: str) -> StoredMachine:
         """Return a machine; raises `UnknownName`."""
-        for each in self._select("WHERE name = :name", {"name": name}):
-            return each
-        raise UnknownName.of("machine", name, [each.name for each in self.read_all()])
+        if (stored := self.get(name)) is None:
+            raise UnknownName.of("machine", name, [each.name for each in self.read_all()])
+        return stored
 
-    def _select(self, condition: str, values: dict[str, Any]) -> list[StoredMachine]:
+    def has_worker(self, name: str) -> bool:
+        """Whether a running worker has a machine."""
+        return (stored := self.get(name)) is not None and stored.workers > 0
+
+    def _select(self, name: str | None = None) -> list[StoredMachine]:
         self._exist = self._exist or inspect(self.engine).has_table("slipstick_machine_workers")
-        if not self._exist:  # no worker has ever told of machines
+        # No worker has ever told of machines; and a server refuses texts with a NUL.
+        if not self._exist or not (name or "").isprintable():
             return []
+        query = _SELECT.format(now=clock(self.engine)) + (" ORDER BY name" if name is None else " WHERE name = :name")
         with self.engine.connect() as connection:
-            rows = connection.execute(text(f"{_SELECT.format(now=clock(self.engine))} {condition} ORDER BY name"),
-                                      values)
-            return [StoredMachine(row.name, row.workers, row.content) for row in rows]
+            return [StoredMachine(row.name, row.workers, row.content)
+                    for row in connection.execute(text(query), {} if name is None else {"name": name})]
+
+
+def tell_missing(machine: str) -> str:
+    """Return what to do where no running worker has a machine."""
+    return (f"No running worker has the machine “{machine}”. Start one with the file of it: slipstick work --machine "
+            "FILE. A worker without it lets the job fail")
 
 
 @lru_cache(maxsize=64)

@@ -1,6 +1,6 @@
 """What can be done with a file from its page: jobs, downloads, another name, deletion."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Literal, get_args
 
@@ -14,14 +14,14 @@ FOLDERS: tuple[Folder, ...] = get_args(Folder)
 _SINGULAR: Mapping[Folder, str] = {"tables": "table", "recordings": "recordings", "benches": "bench"}
 
 
-def file_actions(folder: Folder, name: str, jobs: Mapping[str, Form], results: int) -> str:
-    """Return the section of actions of a file, of which there are so many `results`."""
+def file_actions(folder: Folder, name: str, jobs: Mapping[str, Form], results: int, links: Sequence[Link] = ()) -> str:
+    """Return the section of actions of a file, of which there are so many `results`, with further `links`."""
     address = f"/v1/{folder}/{name}"
-    orders = [folded(title, form.html(), anchor=f"start-{form.id}") for title, form in jobs.items()]
+    orders = [folded(title, form.html()) for title, form in jobs.items()]
     downloads = '<p class="links">' + " · ".join(link.html() for link in (
-        Link("Download the file", f"{address}/file"), Link("Jobs with it", f"/find?text={name}"))) + "</p>"
+        Link("Download the file", f"{address}/file"), Link("Jobs with it", f"/find?text={name}"), *links)) + "</p>"
     return section("What to do", WITHOUT_SCRIPT, *orders, _rename(folder, name, address),
-                   _delete(folder, name, address, results) if folder != "benches" else "", downloads)
+                   _delete(folder, name, address, results), downloads)
 
 
 def _rename(folder: Folder, name: str, address: str) -> str:

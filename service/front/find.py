@@ -11,7 +11,8 @@ from slipstick.report.markup import paragraph
 from ..front.elements import Entry, Link, group, plural
 from ..job_filter import Status
 
-Wanted = Literal["all", "studies", "fits", "calibrations", "builds", "tables", "recordings", "benches"]
+Wanted = Literal["all", "studies", "fits", "calibrations", "builds", "tables", "recordings", "benches",
+                 "machines"]
 _STATUSES: tuple[str, ...] = get_args(Status)
 _JOBS = ("studies", "fits", "calibrations", "builds")
 PER_PAGE = 50
@@ -59,7 +60,7 @@ def find_page(search: Search, jobs: Sequence[Entry], total: int, files: Sequence
         count = plural(total, "job") + (f", {search.page * PER_PAGE + 1} to {last}" if total > PER_PAGE else "")
         parts += [paragraph(count, "note") if total else "", group("Jobs", jobs, "No job was found.", *steps)]
     if search.among not in _JOBS and search.status is None:
-        parts.append(group("Files", files, "No file was found."))
+        parts.append(group("Files and machines", files, "No file was found."))
     return "\n".join([f"<h1>Search</h1>\n{search_form(search)}", *parts])
 
 

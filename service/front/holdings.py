@@ -1,6 +1,6 @@
 """The files of the front page: benches, tables and recordings; an invalid one with the reason."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from slipstick.black_box import Measurements
 from slipstick.errors import SlipstickError
@@ -15,15 +15,16 @@ from ..front.elements import UNFOLDED, Entry, group, listings, plural
 from .file_actions import Folder
 
 
-def holdings(library: Library) -> str:
-    """Return the sections of the files as HTML."""
+def holdings(library: Library, machines: Sequence[Entry]) -> str:
+    """Return the sections of the files, and of `machines`, as HTML."""
     return "\n".join([
         group("Tables", [file_entry("tables", name, library) for name in library.tables()],
               "There is no table yet.", *listings("/v1/tables"), most=UNFOLDED),
         group("Recordings", [file_entry("recordings", name, library) for name in library.recordings()],
               "There are no recordings yet.", *listings("/v1/recordings"), most=UNFOLDED),
         group("Benches", [file_entry("benches", name, library) for name in library.benches()],
-              "There is no bench yet.", *listings("/v1/benches"), most=UNFOLDED)])
+              "There is no bench yet.", *listings("/v1/benches"), most=UNFOLDED),
+        group("Machines", machines, "", *listings("/v1/machines"), most=UNFOLDED)])
 
 
 def file_entry(folder: Folder, name: str, library: Library) -> Entry:

@@ -9,7 +9,7 @@ from slipstick.report.words import duration
 
 from ..build_schemas import Build
 from ..front.elements import Link, moment
-from ..front.jobs import Active, Listed, answer_of, describe_progress, describe_subject, page_of
+from ..front.jobs import Active, Listed, answer_of, describe_progress, describe_subject, lacks_machine, name_of, page_of
 from ..job_kind import JobKind
 from ..job_store import JobStore
 from ..study_schemas import FindingLaw
@@ -28,10 +28,12 @@ SCRIPTS = ('<script src="/static/front/act.js" type="module"></script>'
 
 
 def job_page(kind: JobKind[Listed, Active], store: JobStore, job: Active, workers: int,
-             others: Sequence[Listed], laws: Sequence[FindingLaw], orders: Mapping[str, Form]) -> str:
+             others: Sequence[Listed], laws: Sequence[FindingLaw], orders: Mapping[str, Form],
+             links: Sequence[Link]) -> str:
     """Return the content of the page of a job, which can be compared with `others` of its kind.
 
-    `laws` are those that a study has measured, and `orders` the jobs that its result can be given to.
+    `laws` are those that a study has measured, and `orders` the jobs that its result can be given to. `links` are those
+    to what it is of, beside its files.
     """
     ended = job.status in ("done", "failed", "cancelled")
     state = f'<div id="state">{job_state(store, job, workers)}</div>' if ended else \
@@ -42,15 +44,15 @@ def job_page(kind: JobKind[Listed, Active], store: JobStore, job: Active, worker
         about=f"It stops within a second. {_LOST.get(kind.name, _LOST_AS_A_RULE)}").html()
     gone = "its result, report and pictures" if job.status == "done" else "what it was asked"
     delete = folded(f"Delete the {kind.name}", paragraph(
-        f"The {kind.name} “{job.id}” is removed for everybody with {gone}, and cannot be restored. Recordings and "
-        "tables stay."), Form("delete", address, f"Delete {job.id}", method="DELETE", body="none", then="/",
+        f"The {kind.name} “{name_of(job)}” is removed for everybody with {gone}, and cannot be restored. Recordings "
+        "and tables stay."), Form("delete", address, f"Delete the {kind.name}", method="DELETE", body="none", then="/",
                               is_dangerous=True).html()) if ended else ""
     return "\n".join([
         paragraph(kind.name.capitalize(), "over"), f"<h1>{escape(describe_subject(job))}</h1>", state,
         section("Results", _downloads(kind, job, laws, bool(orders))) if job.status == "done" else "",
         section("What to do", WITHOUT_SCRIPT, *(folded(title, form.html()) for title, form in orders.items()),
                 _comparison(kind, job, others), cancel, delete),
-        section("Origin", _origin(job))])
+        section("Origin", _origin(job, links))])
 
 
 def job_state(store: JobStore, job: Active, workers: int) -> str:
@@ -60,7 +62,7 @@ def job_state(store: JobStore, job: Active, workers: int) -> str:
         return mark + paragraph(answer_of(store, job.id, str(job.ended)), "lead")
     if job.status in ("failed", "cancelled"):
         return mark + (paragraph(job.problem, "lead") if job.problem else "")
-    return mark + describe_progress(job) + ("" if workers else _NO_WORKER)
+    return mark + describe_progress(job) + ("" if workers or lacks_machine(job) else _NO_WORKER)
 
 
 def _downloads(kind: JobKind[Listed, Active], job: Active, laws: Sequence[FindingLaw], has_model: bool) -> str:
@@ -99,15 +101,14 @@ def comparison_form(kind: JobKind[Listed, Active], jobs: Sequence[Listed], first
 
 
 def _label(job: Listed) -> str:
-    return f"{job.id[:36]}, {describe_subject(job)}, {moment(job.ended)}"
+    return f"{name_of(job)}: {describe_subject(job)}, {moment(job.ended)}"
 
 
-def _origin(job: Active) -> str:
-    links = []
-    for name, folder in (("recordings", "recordings"), ("table", "tables"), ("bench", "benches")):
-        if value := getattr(job, name, None):
-            links.append((name, f"/{folder}/{value}", value))
-    files = '<p class="links">' + " · ".join(f"{kind} {Link(text, href).html()}" for kind, href, text in links) + "</p>"
+def _origin(job: Active, further: Sequence[Link]) -> str:
+    links = [f"{name} {Link(value, f'/{folder}/{value}').html()}"
+             for name, folder in (("recordings", "recordings"), ("table", "tables"), ("bench", "benches"))
+             if (value := getattr(job, name, None))]
+    files = '<p class="links">' + " · ".join([*links, *(link.html() for link in further)]) + "</p>"
     times = [("submitted", moment(job.submitted)), ("started", moment(job.started)), ("ended", moment(job.ended))]
     budget = "none" if job.time_budget is None else duration(job.time_budget)
     return files + definitions([("id", job.id), *((name, time) for name, time in times if time),
@@ -126,4 +127,4 @@ def pictures_page(kind: JobKind[Listed, Active], job: Listed, figures: Mapping[s
         drawn.append(f'<figure id="{name}"><h3>{escape(title)}</h3><div class="picture" tabindex="0">{element}</div>'
                      f'<figcaption>{escape(caption)}</figcaption><p class="links">{links}</p></figure>')
     return "\n".join([paragraph(kind.name.capitalize(), "over"), f"<h1>Pictures: {escape(describe_subject(job))}</h1>",
-                      f'<p class="links">{Link(job.id, page_of(job)).html()}</p>', *drawn])
+                      f'<p class="links">{Link(name_of(job), page_of(job)).html()}</p>', *drawn])

@@ -23,6 +23,7 @@ from ..job_filter import ENDED, JobFilter
 from ..job_kind import JobKind
 from ..job_store import JobStore
 from ..jobs import Progress, finished_job, is_of_machine, is_partial, output_of
+from ..machines import tell_missing
 from ..routes.builds import BUILDS
 from ..routes.calibrations import CALIBRATIONS
 from ..routes.fits import FITS
@@ -37,6 +38,8 @@ _NO_WORKER = ('<aside class="warnings"><p><strong>No worker is alive.</strong> J
 Active = FitWithProgress | StudyWithProgress | CalibrationWithProgress | BuildWithProgress
 Listed = Fit | Study | Calibration | Build
 JOB_KINDS: tuple[JobKind[Listed, Active], ...] = (STUDIES, FITS, CALIBRATIONS, BUILDS)
+_ALWAYS_LISTED = STUDIES, FITS
+"""The kinds to which each page links."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +77,7 @@ def _list_ended(kind: JobKind[Listed, Active], store: JobStore, count: int) -> s
     jobs = store.newest(count + 1, 0, JobFilter(status=ENDED))
     older = Link(f"Show more {title.lower()}", f"/?count={min(1000, 2 * count)}#{title.lower()}")
     return group(title, [ended_entry(store, kind.without_progress(store, job)) for job in jobs[:count]],
-                 f"No {store.workflow} has ended yet.",
+                 f"No {kind.name} has ended yet." if kind in _ALWAYS_LISTED else "",
                  *([older] if len(jobs) > count else []), *listings(store.address))
 
 
@@ -100,12 +103,17 @@ def describe_subject(job: Listed) -> str:
 def active_entry(job: Active) -> Entry:
     """Return a job that runs or waits as an entry of a list."""
     links = [Link("Status as JSON", job.links["self"])]
-    return Entry(_name(job), page_of(job), describe_subject(job), job.status, describe_progress(job), links)
+    return Entry(name_of(job), page_of(job), describe_subject(job), job.status, describe_progress(job), links)
 
 
 def page_of(job: Listed) -> str:
     """Return the address of the page of a job."""
     return job.links["self"].removeprefix("/v1")
+
+
+def lacks_machine(job: Active) -> bool:
+    """Return whether a job waits for a worker that has its machine."""
+    return job.note == tell_missing(str(getattr(job, "machine", None)))
 
 
 def describe_progress(job: Active) -> str:
@@ -118,7 +126,7 @@ def describe_progress(job: Active) -> str:
 def _describe_stage(job: Active) -> str:
     if job.status == "queued":
         place = "Next in its queue" if job.ahead == 0 else f"{plural(job.ahead or 0, 'job')} before it in its queue"
-        return paragraph(place, "doing")
+        return paragraph(place, "doing") + (paragraph(f"{job.note}.", "doing") if lacks_machine(job) else "")
     match job.progress:
         case StudyProgress(step=step, steps=steps, done=done, doing=doing):
             return _bar(f"Steps of {job.id}", done) + paragraph(f"Step {step} of {steps}. {doing}", "doing")
@@ -154,16 +162,17 @@ def ended_entry(store: JobStore, job: Listed) -> Entry:
     about = f"{describe_subject(job)}, {moment(job.ended)}"
     if job.status != "done":
         cause = paragraph(str(store.find(job.id).error), "doing") if job.status == "failed" else ""
-        return Entry(_name(job), page_of(job), about, job.status, cause, [Link("Status as JSON", address)])
+        return Entry(name_of(job), page_of(job), about, job.status, cause, [Link("Status as JSON", address)])
     answer = _thumbnail(store, job) + paragraph(answer_of(store, job.id, str(job.ended)), "answer")
     made = Link("Table", f"/tables/{job.name}") if isinstance(job, Build) else Link("Report", job.links["report"])
-    return Entry(_name(job), page_of(job), about, "", answer, [
+    return Entry(name_of(job), page_of(job), about, "", answer, [
         made, Link("Result as JSON", job.links["result"]),
         *([Link("Residuals as CSV", f"{job.links['residuals']}?format=csv")] if "residuals" in job.links else [])])
 
 
-def _name(job: Listed) -> str:
-    subject = job.name if isinstance(job, Build) else job.recordings
+def name_of(job: Listed) -> str:
+    """Return what people call a job."""
+    subject = job.name if isinstance(job, Build) else job.table if isinstance(job, Fit) else job.recordings
     return job_name(type(job).__name__.removesuffix("WithProgress").lower(), subject, job.id, job.submitted)
 
 

@@ -1,13 +1,16 @@
 """The forms that submit jobs: one function for each kind, with defaults that suit most recordings."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 
 from slipstick.bench import parameters
 from slipstick.black_box import BlackBoxDescription, Measurements
+from slipstick.black_box.known import KnownMachine
 from slipstick.engine.settings import EngineSettings
 from slipstick.errors import SlipstickError
 from slipstick.interface.build import PAPER_AXES
 from slipstick.machine import Runs
+from slipstick.pictures import units
 from slipstick.pictures.theme import in_words
 from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
@@ -15,23 +18,29 @@ from slipstick.studies import StudySettings
 from slipstick.table import Table
 
 from ..fit_schemas import FitSettingsBody
+from ..machines import Machines, StoredMachine
 from .forms import KEY_PATTERN, NAME_PATTERN, NAME_RULE, Field, Form, expert_fields
 
 _BUDGETS = [("", "a day"), ("60", "1 minute"), ("600", "10 minutes"), ("3600", "1 hour"), ("14400", "4 hours")]
 _BUDGET = Field("time_budget", "Time limit", "when it ends, what there is by then becomes the result", "choice",
                 choices=_BUDGETS, is_json=True)
+_TABLE_NAME = Field("name", "Name of the table", "under which pages and programs find it", required=True,
+                    pattern=NAME_PATTERN, rule=NAME_RULE)
 _NAME = Field("Idempotency-Key", "Name", "becomes its id and part of its address; empty for a random one",
               place="header", pattern=KEY_PATTERN,
               rule="Up to 64 letters, digits, '.', '-' and '_', starting with a letter or digit")
 
 
-def recordings_orders(library: Library, name: str, recordings: Recordings | Measurements | Runs) -> dict[str, Form]:
+def recordings_orders(library: Library, name: str, recordings: Recordings | Measurements | Runs,
+                      machines: Machines) -> dict[str, Form]:
     """Return the jobs that recordings can be given to: what each does, and its form."""
     if isinstance(recordings, Runs):
-        return {"Study these runs": machine_study_form(name, recordings.machine),
-                "Calibrate the machine to these runs": calibration_form(name, None),
-                "Build a table of the machine": build_form(machine=recordings.machine)}
-    tables = [(entry, table) for entry, table in _valid_tables(library) if _fits(table, recordings)]
+        stored = machines.get(recordings.machine)
+        worker = needed_worker(recordings.machine, stored)
+        return {"Study these runs": machine_study_form(name, worker),
+                "Calibrate the machine to these runs": calibration_form(name, None, worker),
+                **machine_orders(recordings.machine, stored, worker)}
+    tables = [(entry, table) for entry, table in valid_tables(library) if _fits(table, recordings)]
     orders = {"Study these recordings": study_form(name, library.benches()),
               "Calibrate a bench to these recordings": calibration_form(name, library.benches())} \
         if isinstance(recordings, Recordings) else {}
@@ -44,20 +53,42 @@ def recordings_orders(library: Library, name: str, recordings: Recordings | Meas
 
 def table_orders(library: Library, name: str, table: Table) -> dict[str, Form]:
     """Return the jobs that a table can be given to: what each does, and its form."""
-    names = [entry for entry in library.recordings() if _fits(table, _recorded(library, entry))]
+    names = [entry for entry in library.recordings() if _fits(table, open_valid(library, entry))]
     return {"Fit the inputs of this table to recordings": fit_form(
         [name], names, [axis.name for axis in table.axes])} if names else {}
 
 
 def machine_tables(library: Library) -> list[str]:
     """Return the names of the tables of other machines, for which measurements can be added."""
-    return [name for name, table in _valid_tables(library) if isinstance(table.model, BlackBoxDescription)]
+    return [name for name, table in valid_tables(library) if isinstance(table.model, BlackBoxDescription)]
 
 
-def calibration_form(recordings: str, benches: Sequence[str] | None) -> Form:
-    """The form of a calibration to recordings of a bench, or to runs of a declared machine (`benches` is None)."""
-    worker = "" if benches is not None else \
-        " It needs a worker with the file of the machine: slipstick work --machine FILE.py"
+def machine_orders(name: str, stored: StoredMachine | None, worker: str = "") -> dict[str, Form]:
+    """Return the jobs that a machine can be given to: a table, unless it is known that it is not simulated.
+
+    `worker` says which worker they need.
+    """
+    known = None
+    if stored is not None:
+        with suppress(SlipstickError):  # the page of the machine says why it cannot be read
+            known = stored.known
+    return {} if known is not None and not known.outputs else {
+        "Build a table of the machine": machine_build_form(name, known, worker)}
+
+
+def needed_worker(machine: str, stored: StoredMachine | None) -> str:
+    """Return which worker a job of a machine needs, with a space before; empty where one runs."""
+    if stored is not None and stored.workers:
+        return ""
+    return (f" It needs a worker with the file of the machine “{machine}”, and none is running: "
+            "slipstick work --machine FILE")
+
+
+def calibration_form(recordings: str, benches: Sequence[str] | None, worker: str = "") -> Form:
+    """The form of a calibration to recordings of a bench, or to runs of a declared machine (`benches` is None).
+
+    `worker` says which worker it needs.
+    """
     return Form("calibration", "/v1/calibrations", "Start the calibration", [
         Field("recordings", "", kind="hidden", value=recordings),
         *([] if benches is None else [_bench_field(benches)]), _BUDGET, _NAME],
@@ -67,29 +98,44 @@ def calibration_form(recordings: str, benches: Sequence[str] | None) -> Form:
 
 def bench_orders(library: Library, name: str) -> dict[str, Form]:
     """Return the jobs that a bench can be given to: what each does, and its form."""
-    recordings = [entry for entry in library.recordings() if isinstance(_recorded(library, entry), Recordings)]
+    recordings = [entry for entry in library.recordings() if isinstance(open_valid(library, entry), Recordings)]
     return {"Build a table of this bench": build_form(bench=name, recordings=recordings)}
 
 
-def build_form(bench: str = "", machine: str = "", model: str = "", recordings: Sequence[str] = ()) -> Form:
-    """The form of a build of a table of a bench, of a machine, or of a `model` as JSON.
+def machine_build_form(machine: str, known: KnownMachine | None, worker: str) -> Form:
+    """The form of a build of a table of a machine; without what is `known` of it, of its first output and all inputs.
+    """
+    simulated = [] if known is None else known.outputs
+    outputs = [(each.about.output.name, f"{in_words(each.about.output.name)} in {units.raised(each.about.output.unit)}")
+               for each in simulated]
+    inputs = {given.name: given for each in simulated for given in each.about.inputs}
+    axes = [Field(f"axes.{given.name}", in_words(given.name).capitalize(),
+                  f"lowest and highest multiple of {given.nominal:.6g} {units.raised(given.unit)}, from "
+                  f"{given.lower:.3g} to {given.upper:.3g}, and number of points, such as 0.8 1.2 9", "numbers")
+            for given in inputs.values()]
+    return Form("build", "/v1/builds", "Start the build", [
+        Field("machine", "", kind="hidden", value=machine), _TABLE_NAME,
+        *([Field("output", "Output", "a number of each run, which the table holds", "choice", choices=outputs)]
+          if len(outputs) > 1 else []), _BUDGET], axes,
+        about="A table holds simulated outputs on a grid of inputs, which fits then interpolate; without settings, of "
+              f"all inputs over their ranges.{worker}")
+
+
+def build_form(bench: str = "", model: str = "", recordings: Sequence[str] = ()) -> Form:
+    """The form of a build of a table of a bench, or of a `model` as JSON.
 
     `recordings` are those whose conditions can be simulated instead of those of the bench.
     """
     given = [Field(name, "", kind="hidden", value=value, is_json=name == "model") for name, value in (
-        ("bench", bench), ("machine", machine), ("model", model)) if value]
+        ("bench", bench), ("model", model)) if value]
     conditions = [Field("recordings", "Conditions", "under which engagements are simulated", "choice", choices=[
         ("", "those of the bench"), *((name, f"those of {name}") for name in recordings)])] if recordings else []
-    axes = [] if machine else [_axis(name) for name in PAPER_AXES]
-    further = [] if machine else [_axis(name) for name in parameters.NAMES if name not in PAPER_AXES]
-    accuracy = [] if machine else [Field("accuracy", "Accuracy", "of the time integration", "choice", choices=[
-        ("", "within 0.1 ms"), ("tight", "tight, and slower")])]
-    worker = "" if not machine else \
-        f" It needs a worker with the file of the machine “{machine}”: slipstick work --machine FILE.py"
+    accuracy = Field("accuracy", "Accuracy", "of the time integration", "choice", choices=[
+        ("", "within 0.1 ms"), ("tight", "tight, and slower")])
     return Form("build", "/v1/builds", "Start the build", [
-        *given, Field("name", "Name of the table", "under which pages and programs find it", required=True,
-                      pattern=NAME_PATTERN, rule=NAME_RULE), *axes, *conditions, _BUDGET], [*accuracy, *further],
-        about=f"A table holds simulated times on a grid of parameters, which fits then interpolate.{worker}")
+        *given, _TABLE_NAME, *map(_axis, PAPER_AXES), *conditions, _BUDGET],
+        [accuracy, *(_axis(name) for name in parameters.NAMES if name not in PAPER_AXES)],
+        about="A table holds simulated times on a grid of parameters, which fits then interpolate.")
 
 
 def _axis(name: str) -> Field:
@@ -114,13 +160,12 @@ def study_form(recordings: str, benches: Sequence[str]) -> Form:
               "explanation, and says how sure it is. It takes seconds to minutes.")
 
 
-def machine_study_form(recordings: str, machine: str) -> Form:
-    """The form of a study of runs of a declared machine."""
+def machine_study_form(recordings: str, worker: str) -> Form:
+    """The form of a study of runs of a declared machine; `worker` says which worker it needs."""
     return Form("study", "/v1/studies", "Start the study", [
         Field("recordings", "", kind="hidden", value=recordings), _BUDGET, _NAME],
         expert_fields(EngineSettings, "engine"),
-        about=f"A study tests every quantity of the machine for a dependence that its model lacks. It needs a worker "
-              f"with the file of the machine “{machine}”: slipstick work --machine FILE.py")
+        about=f"A study tests every quantity of the machine for a dependence that its model lacks.{worker}")
 
 
 def fit_form(tables: Sequence[str], recordings: Sequence[str], parameters: Sequence[str]) -> Form:
@@ -146,7 +191,8 @@ def _choice(name: str, label: str, about: str, values: Sequence[str]) -> Field:
     return Field(name, label, about, "choice", value=values[-1], choices=[(value, value) for value in values])
 
 
-def _valid_tables(library: Library) -> list[tuple[str, Table]]:
+def valid_tables(library: Library) -> list[tuple[str, Table]]:
+    """Return the tables that can be read, by name."""
     tables = []
     for name in library.tables():
         try:
@@ -156,7 +202,8 @@ def _valid_tables(library: Library) -> list[tuple[str, Table]]:
     return tables
 
 
-def _recorded(library: Library, name: str) -> Recordings | Measurements | Runs | None:
+def open_valid(library: Library, name: str) -> Recordings | Measurements | Runs | None:
+    """Return recordings, None where they cannot be read."""
     try:
         return library.recorded(name)
     except SlipstickError:

@@ -157,9 +157,10 @@ def _panels(course: Course, run: int) -> list[Panel]:
         unit = course.units.get(entry, "")
         levels = {in_words(level): float(constant[run]) for level, constant in course.levels.items()
                   if course.units.get(level) == unit and np.isfinite(constant[run])}
-        known = slice(*np.flatnonzero(np.isfinite(values))[[0, -1]] + [0, 1])
+        known = np.flatnonzero(np.isfinite(values))
+        inside = slice(known[0], known[-1] + 1) if len(known) else slice(None)
         spans = () if entry in commands else [Span(flaw.kind, flaw.start, flaw.end)
-                                              for flaw in flaws(course.time[known], values[known])]
+                                              for flaw in flaws(course.time[inside], values[inside])]
         lowest = course.lowest.get(entry, -np.inf)
         signal = Signal(entry, unit, values, levels, spans,
                         {label: float(instant[run]) for label, instant in course.instants.items()}, lowest)

@@ -1,6 +1,6 @@
 """The front page, and the stream that keeps its jobs up to date."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -8,8 +8,9 @@ from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse
 from starlette.responses import Response
 
+from slipstick.black_box import BlackBoxDescription
 from slipstick.errors import SlipstickError, UnknownName
-from slipstick.machine import MachineDescription
+from slipstick.machine import MachineDescription, Runs
 from slipstick.report.markup import paragraph
 from slipstick.storage.library import Library
 
@@ -18,6 +19,7 @@ from ..computations import computes
 from ..drawings import DrawingsDependency
 from ..following import EventStream, FollowingDependency, LastEventId, State
 from ..front.details import bench_page
+from ..front.elements import Link
 from ..front.file_actions import Folder, file_actions, invalid_page
 from ..front.find import quick_form
 from ..front.first_steps import first_steps
@@ -25,9 +27,10 @@ from ..front.forms import SCRIPT, Form
 from ..front.holdings import about_bench, about_recordings, about_table, holdings
 from ..front.jobs import Jobs
 from ..front.laws import thumbnail
+from ..front.machine_page import machine_entry, machine_links, machine_page
 from ..front.mapped import table_page
 from ..front.mapping import bench_rows, machine_rows
-from ..front.orders import bench_orders, machine_tables, recordings_orders, table_orders
+from ..front.orders import bench_orders, machine_orders, machine_tables, recordings_orders, table_orders
 from ..front.page import document
 from ..front.recorded import recordings_page
 from ..front.upload import SCRIPTS as UPLOAD_SCRIPTS
@@ -40,6 +43,7 @@ from ..machines import MachinesDependency
 from ..pictures import PICTURE_RESPONSE, picture_response
 from ..revalidation import Revalidation, RevalidationDependency
 from ..routes.benches import BenchNamePath
+from ..routes.machines import MachineNamePath
 from ..routes.recordings import RecordingsNamePath
 from ..routes.studies import StudyId, StudyStore
 from ..routes.tables import TableNamePath
@@ -59,13 +63,14 @@ _SCRIPT = '<script src="/static/front/live.js" type="module"></script>'
 
 
 @router.get("/", response_class=HTMLResponse)
-def front_page(request: Request, library: LibraryDependency, stores: JobStores,
+def front_page(request: Request, library: LibraryDependency, stores: JobStores, machines: MachinesDependency,
                count: Count = 10) -> HTMLResponse:
     """What the service holds, and what it is doing."""
     jobs = _jobs(request, library, stores, count)
     body = "\n".join(["<h1>Test bench against simulation</h1>", paragraph(_ABOUT, "lead"),
                       f'<div class="start"><a class="button" href="/upload">Add files</a>{quick_form()}</div>',
-                      f'<div id="live" data-events="/events?count={count}">', jobs, "</div>", holdings(library)])
+                      f'<div id="live" data-events="/events?count={count}">', jobs, "</div>",
+                      holdings(library, [machine_entry(each) for each in machines.read_all()])])
     return HTMLResponse(document("Slipstick", body, f"{_NO_SCRIPT}\n{_SCRIPT}"), headers={"Cache-Control": "no-store"})
 
 
@@ -97,14 +102,16 @@ def mapping_rows(library: LibraryDependency, machines: MachinesDependency, bench
 
 @router.get("/tables/{name}", response_class=HTMLResponse)
 @computes
-def table_details(name: TableNamePath, library: LibraryDependency, stores: JobStores, client: RevalidationDependency,
-                  drawings: DrawingsDependency, condition: Number = 0, x: AxisName = None,
-                  y: AxisName = None) -> HTMLResponse:
+def table_details(name: TableNamePath, library: LibraryDependency, stores: JobStores, machines: MachinesDependency,
+                  client: RevalidationDependency, drawings: DrawingsDependency, condition: Number = 0,
+                  x: AxisName = None, y: AxisName = None) -> HTMLResponse:
     """The page of a table."""
     def content() -> _Content:
         table, about = library.table(name), about_table(library, name)
+        machine = table.model.title if isinstance(table.model, BlackBoxDescription) else None
         return _Content((table.digest, about), table_orders(library, name, table),
-                        lambda: table_page(name, table, about, condition, (x, y), drawings))
+                        lambda: table_page(name, table, about, condition, (x, y), drawings),
+                        machine_links(machines, machine))
 
     return _file_page("tables", name, content, stores, JobFilter(table=name, status=["done"]), client)
 
@@ -112,12 +119,15 @@ def table_details(name: TableNamePath, library: LibraryDependency, stores: JobSt
 @router.get("/recordings/{name}", response_class=HTMLResponse)
 @computes
 def recordings_details(name: RecordingsNamePath, library: LibraryDependency, stores: JobStores,
-                       client: RevalidationDependency, drawings: DrawingsDependency, run: Number = 0) -> HTMLResponse:
+                       machines: MachinesDependency, client: RevalidationDependency, drawings: DrawingsDependency,
+                       run: Number = 0) -> HTMLResponse:
     """The page of recordings."""
     def content() -> _Content:
         recordings, about = library.recorded(name), about_recordings(library, name)
-        return _Content((recordings.digest, about), recordings_orders(library, name, recordings),
-                        lambda: recordings_page(name, recordings, about, run, drawings))
+        machine = recordings.machine if isinstance(recordings, Runs) else None
+        return _Content((recordings.digest, about), recordings_orders(library, name, recordings, machines),
+                        lambda: recordings_page(name, recordings, about, run, drawings),
+                        machine_links(machines, machine))
 
     return _file_page("recordings", name, content, stores, JobFilter(recordings=name, status=["done"]), client)
 
@@ -134,6 +144,17 @@ def bench_details(name: BenchNamePath, library: LibraryDependency, stores: JobSt
                         lambda: bench_page(name, bench, about, drawings))
 
     return _file_page("benches", name, content, stores, JobFilter(bench=name, status=["done"]), client)
+
+
+@router.get("/machines/{name:path}", response_class=HTMLResponse)
+@computes
+def machine_details(name: MachineNamePath, library: LibraryDependency, machines: MachinesDependency,
+                    client: RevalidationDependency, drawings: DrawingsDependency) -> HTMLResponse:
+    """The page of a machine that a worker has, or had."""
+    stored = machines.find(name)
+    body = machine_page(stored, machine_orders(name, stored), library, drawings)
+    client.require_change(body)
+    return HTMLResponse(document(name, body, SCRIPT))
 
 
 @router.get("/studies/{id}/law.svg", response_class=Response, responses=PICTURE_RESPONSE)
@@ -153,6 +174,7 @@ class _Content:
     version: tuple[str, ...]
     orders: Mapping[str, Form]
     draw: Callable[[], str]
+    links: Sequence[Link] = ()
 
 
 def _file_page(folder: Folder, name: str, content: Callable[[], _Content], stores: JobStores, users: JobFilter,
@@ -165,7 +187,7 @@ def _file_page(folder: Folder, name: str, content: Callable[[], _Content], store
         raise
     except SlipstickError as error:
         return HTMLResponse(document(name, invalid_page(folder, name, str(error), results), SCRIPT))
-    actions = file_actions(folder, name, shown.orders, results)
+    actions = file_actions(folder, name, shown.orders, results, shown.links)
     client.require_change(*shown.version, actions)
     head, first, details = shown.draw().partition("<section")  # what can be done stands before long tables
     return HTMLResponse(document(name, f"{head}{actions}\n{first}{details}", f"{SCRIPT}{_FLIP}"))
@@ -174,5 +196,5 @@ def _file_page(folder: Folder, name: str, content: Callable[[], _Content], store
 def _jobs(request: Request, library: Library, stores: Mapping[str, JobStore], count: int) -> str:
     heartbeats: Heartbeats = request.app.state.heartbeats
     total = sum(store.total() for store in stores.values())
-    steps = first_steps(library, heartbeats.alive(), total, str(request.base_url).rstrip("/"))
+    steps = first_steps(library, heartbeats.alive(), total)
     return Jobs(stores, heartbeats).html(count, steps)

@@ -53,7 +53,7 @@ class Health(BaseModel):
 @router.get("", summary="List the resources", responses=error_responses())
 def index(settings: SettingsDependency) -> Index:
     """Return the addresses of all resources, the limits, the version, and the origin of the numbers."""
-    names = ("benches", "tables", "recordings", "evaluate", "propagate", "likelihood",
+    names = ("benches", "machines", "tables", "recordings", "evaluate", "propagate", "likelihood",
              *(address.removeprefix("/v1/") for address in KINDS.values()), "health")
     return Index(
         name="Slipstick", version=__version__,

@@ -24,12 +24,14 @@ from ..front.forms import Form
 from ..front.holdings import file_entry
 from ..front.job_page import SCRIPTS, Compared, job_page, job_state, pictures_page
 from ..front.jobs import JOB_KINDS, Active, Listed, active_entry, answer_of, ended_entry
+from ..front.machine_page import machine_entry, machine_links
 from ..front.orders import build_form
 from ..front.page import document
 from ..job_filter import ACTIVE, ENDED, JobFilter, Status
 from ..job_kind import JobKind
 from ..job_store import JobStore
 from ..jobs import JobStores, finished_job, job_id_path, output_of
+from ..machines import Machines, MachinesDependency
 from ..routes.calibrations import calibration_model, drawn_calibration
 from ..routes.drawing_routes import Drawn
 from ..routes.reports import drawn_fit
@@ -58,7 +60,8 @@ def _add_pages(kind: JobKind[Listed, Active]) -> None:
         others = [other for other in _finished(kind, store) if other.id != id]
         laws = study_laws(id, store).laws if kind.name == "study" and job.status == "done" else ()
         body = job_page(kind, store, job, request.app.state.heartbeats.alive(), others, laws,
-                        _orders(kind, id, store) if job.status == "done" else {})
+                        _orders(kind, id, store) if job.status == "done" else {},
+                        machine_links(request.app.state.machines, getattr(job, "machine", None)))
         refresh = '<noscript><meta http-equiv="refresh" content="10"></noscript>' if job.status in ACTIVE else ""
         return HTMLResponse(document(f"{kind.name.capitalize()} {id}", body, f"{SCRIPTS}{refresh}"), headers=_FRESH)
 
@@ -105,13 +108,14 @@ def compare_page(stores: JobStores, drawings: DrawingsDependency, kind: Compared
 
 
 @router.get("/find", response_class=HTMLResponse)
-def find(stores: JobStores, library: LibraryDependency, text: Annotated[str, Query(max_length=200)] = "",
-         among: Wanted = "all", status: Status | Literal[""] = "",
+def find(stores: JobStores, library: LibraryDependency, machines: MachinesDependency,
+         text: Annotated[str, Query(max_length=200)] = "", among: Wanted = "all", status: Status | Literal[""] = "",
          page: Annotated[int, Query(ge=0, le=1000)] = 0) -> HTMLResponse:
     """Jobs and files whose names contain a text."""
     search = Search(text.strip(), among, status or None, page)
     jobs, total = _found_jobs(search, stores)
-    return HTMLResponse(document("Search", find_page(search, jobs, total, _found_files(search, library))),
+    return HTMLResponse(document("Search", find_page(search, jobs, total, [
+        *_found_files(search, library), *_found_machines(search, machines)])),
                         headers=_FRESH)
 
 
@@ -180,3 +184,8 @@ def _found_files(search: Search, library: Library) -> list[Entry]:
     names = {"tables": library.tables, "recordings": library.recordings, "benches": library.benches}
     return [file_entry(folder, name, library) for folder in FOLDERS if search.among in ("all", folder)
             for name in names[folder]() if search.text.lower() in name.lower()]
+
+
+def _found_machines(search: Search, machines: Machines) -> list[Entry]:
+    return [machine_entry(each) for each in machines.read_all()
+            if search.among in ("all", "machines") and search.text.lower() in each.name.lower()]

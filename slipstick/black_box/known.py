@@ -36,6 +36,12 @@ class KnownMachine:
     declared: MachineDescription | None
     outputs: tuple[SimulatedOutput, ...]
 
+    @property
+    def experiments(self) -> int:
+        """The number of experiments that the machine declares, or of the conditions that are simulated."""
+        return self.declared.experiments if self.declared is not None else max(
+            (each.conditions for each in self.outputs), default=0)
+
     @classmethod
     def from_json(cls, text: str) -> "KnownMachine":
         """Return the machine that `to_json` wrote; raises `InvalidValue` for any other text."""

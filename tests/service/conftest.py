@@ -112,7 +112,10 @@ def quick_service(shelf: Path, few_recordings: Path, serving: Serving, launch: C
     shutil.copytree(shelf, tables)
     shutil.copy(few_recordings / "few.h5", tables / "measured.h5")
     with serving(Settings(tables=tables, jobs=jobs)) as address, httpx.Client(base_url=address, timeout=30) as client:
-        worker = launch("worker", "work", "--tables", str(tables), "--jobs", jobs)
+        worker = launch("worker", "work", "--tables", str(tables), "--jobs", jobs, "--machine", "dc_motor")
+        while not client.get("/v1/machines").json()["total"]:
+            assert worker.poll() is None
+            time.sleep(0.1)
         yield tables, client
         worker.kill()
 
