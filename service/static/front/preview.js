@@ -1,5 +1,7 @@
 // What would be imported: in words, as pictures to flip through, and as a table.
 
+const MOST = 100; // lines of a list or table
+
 // Show the answer of a preview in an element.
 export function describe(place, answer) {
   const { set_aside: aside, remarks, doubts, open_questions: questions } = answer;
@@ -87,11 +89,18 @@ function table({ recordings, engagements: labels }, kind) {
   const made = document.createElement("table"), box = element("div", "", "wide");
   made.createTHead().insertRow().append(...[kind, ...columns.map(([head]) => head)].map(cell => element("th", cell)));
   const body = made.createTBody();
-  labels.forEach((label, place) =>
+  labels.slice(0, MOST).forEach((label, place) =>
     body.insertRow().append(element("th", label), ...columns.map(([, cells]) => element("td", cells[place]))));
   box.tabIndex = 0;
   box.append(made);
+  if (labels.length > MOST) {
+    box.append(element("p", `and ${labels.length - MOST} more`, "about"));
+  }
   return box;
+}
+
+function first(lines) {
+  return lines.length > MOST ? [...lines.slice(0, MOST), `and ${lines.length - MOST} more`] : lines;
 }
 
 function element(name, content, className = "") {
@@ -103,7 +112,7 @@ function list(title, lines, className = "") {
     return [];
   }
   const box = element("div", "", className), items = element("ul", "");
-  items.append(...lines.map(line => element("li", line)));
+  items.append(...first(lines).map(line => element("li", line)));
   box.append(element("h4", title), items);
   return [box];
 }
