@@ -111,8 +111,7 @@ MAY_IMPORT = {
                                     "slipstick.pictures slipstick.recordings.signals slipstick.report",
     "slipstick.report.imported": "slipstick.__version__ slipstick.acquisition slipstick.bench slipstick.machine "
                                  "slipstick.pictures slipstick.recordings.signals slipstick.report",
-    "slipstick.report.machine_study": "slipstick.machine_studies slipstick.pictures slipstick.report "
-                                      "slipstick.studies.record",
+    "slipstick.report.machine_study": "slipstick.machine_studies slipstick.pictures slipstick.report slipstick.studies",
     "slipstick.report.made": "slipstick.errors slipstick.pictures slipstick.report",
     "slipstick.report.study": "numpy scipy slipstick.bench.parameters slipstick.clutch.effects slipstick.law_files "
                               "slipstick.pictures slipstick.recordings slipstick.report slipstick.studies",

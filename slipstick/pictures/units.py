@@ -12,6 +12,9 @@ _SCALES = {"m": (("m", 1.0), ("mm", 1e3)), "m/s": (("m/s", 1.0), ("mm/s", 1e3)),
 _LEAST = 0.1
 """Smallest number that is shown in a unit if a smaller unit exists."""
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_CELSIUS = re.compile(r"\bdegC\b")
+_BRACKETS = re.compile(r"(?<=/)\(([^\W\d]+|°C)\)")
+"""Brackets below a fraction about a single unit."""
 _WHOLE_EXPONENT = re.compile(r"\^(-?\d+)(?![.\d])")
 
 
@@ -25,8 +28,9 @@ def scale(unit: str, largest: float, share: bool = False) -> tuple[str, float]:
 
 
 def raised(unit: str) -> str:
-    """The unit, or a text with units, with raised exponents, such as N m s²."""
-    return _WHOLE_EXPONENT.sub(lambda match: match[1].translate(_RAISED), unit)
+    """The unit, or a text with units, as people read it: N m s², °C and 1/bar for N m s^2, degC and 1/(bar)."""
+    plain = _BRACKETS.sub(lambda match: match[1], _CELSIUS.sub("°C", unit))
+    return _WHOLE_EXPONENT.sub(lambda match: match[1].translate(_RAISED), plain)
 
 
 def number(value: float, digits: int = 3) -> str:
