@@ -101,7 +101,7 @@ MAY_IMPORT = {
     "slipstick.studies": "numpy scipy slipstick.errors slipstick.numerics slipstick.bench slipstick.clutch "
                        "slipstick.confirmation slipstick.law_files slipstick.naming slipstick.plausibility.mismatch "
                        "slipstick.recordings slipstick.time_budget",
-    "slipstick.pictures": "numpy scipy vl_convert slipstick.errors slipstick.uncertainty",
+    "slipstick.pictures": "numpy scipy vl_convert slipstick.errors slipstick.numerics slipstick.uncertainty",
     "slipstick.pictures.machine": "slipstick.machine slipstick.pictures",
     "slipstick.pictures.machine_study": "slipstick.machine_studies slipstick.pictures",
     "slipstick.pictures.study": "scipy slipstick.clutch.effects slipstick.pictures slipstick.recordings.signals "

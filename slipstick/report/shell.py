@@ -12,6 +12,7 @@ from slipstick import __version__
 from slipstick.pictures.accessible import dark_style
 from slipstick.pictures.rendering import inline
 from slipstick.pictures.theme import Spec
+from slipstick.recordings.shipped import SIMULATED
 from slipstick.report import words
 from slipstick.report.markup import contents, definitions, listing, paragraph, section
 
@@ -49,6 +50,16 @@ def linked(text: str, word: str, address: str) -> str:
 def home_of(job: Mapping[str, Any]) -> str:
     """Return the relative address of the service from the report of a job that it has; empty without a service."""
     return "../../../" if job.get("links") else ""
+
+
+def are_simulated(job: Mapping[str, Any]) -> bool:
+    """Return whether the recordings of a job are shipped ones, all of which are simulated."""
+    return job.get("recordings_digest") in SIMULATED
+
+
+def tell_recordings(job: Mapping[str, Any]) -> str:
+    """Return the name of the recordings of a job, and whether they are the shipped ones."""
+    return f"recordings {job['recordings']}" + " (shipped, simulated)" * are_simulated(job)
 
 
 def tell_facts(job: Mapping[str, Any], entries: Iterable[str]) -> str:
