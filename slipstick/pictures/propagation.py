@@ -19,12 +19,13 @@ _DOMINANT = 0.5
 def caption(answer: Mapping[str, Any], probabilities: Sequence[float]) -> str:
     """Return what is drawn of an answer: its density, quantiles and shares where it has them."""
     rows = [row for row in answer["conditions"] if row["mean"] is not None]
-    has_shares, marks = any(row["total"] for row in rows), "Dot: mean; bar: one standard deviation to either side"
-    density = any(row["density"] for row in rows)
+    has_shares, has_density = any(row["total"] for row in rows), any(row["density"] for row in rows)
+    marks = [*(["curve: predicted density, with the output noise"] if has_density else []),
+             *(["dashed lines: quantiles"] if probabilities else []), "dot: mean",
+             "bar: one standard deviation to either side"]
+    left = "; ".join(marks)
     return " ".join([
-        "One row for each condition.", *(["Left:"] if has_shares else []),
-        *(["Curve: predicted density, with the output noise."] if density else []),
-        *(["Dashed lines: quantiles."] if probabilities else []), f"{marks}{', both with the noise' * density}.",
+        "One row for each condition.", f"Left, {left}." if has_shares else f"{left[0].upper()}{left[1:]}.",
         *(["Right: share of the variance that each input causes alone (first-order Sobol index, solid) and together "
            "with all others (total, light), without the output noise. Where the light bar is well above the solid one, "
            "inputs act together, and the shares do not add to one."] if has_shares else []),
@@ -78,7 +79,8 @@ def _title(rows: Sequence[Mapping[str, Any]], axes: Sequence[str], shown: Output
     best = max(range(len(axes)), key=lambda axis: counts[axis])
     if not counts[best]:
         return text
-    return f"{text}; the {theme.in_words(axes[best])} causes most of the variance in {counts[best]} of them"
+    where = "all" if counts[best] == len(rows) else f"{counts[best]}"
+    return f"{text}; the {theme.in_words(axes[best])} causes most of the variance in {where} of them"
 
 
 def _row(row: Mapping[str, Any], probabilities: Sequence[float], axes: Sequence[str], title: str, shown: Output,

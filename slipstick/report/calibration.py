@@ -13,6 +13,7 @@ from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.report import markup
 from slipstick.report.machine_study import parameter_table
 from slipstick.report.shell import document, figures, home_of, provenance, tell_facts, tell_recordings
+from slipstick.report.words import signed
 
 CAPTIONS = {"parameters": parameters_picture.CAPTION}
 """The pictures of a calibration."""
@@ -48,7 +49,8 @@ def _rows(calibration: Calibration) -> list[_Row]:
         unit, factor = scale(entry["unit"], entry["value"])
         value, lower, upper = (fixed(factor * each, 4) for each in (entry["value"], *entry["interval"]))
         rows.append(_Row(in_words(name), value, lower, upper, f"{entry['value'] / nominal[name]:.4f}",
-                         f"{scatter:.2%}" if scatter > error else f"< {scatter + error:.2%}", unit, note))
+                         f"{100 * scatter:.2f} %" if scatter > error else f"< {100 * (scatter + error):.2f} %", unit,
+                         note))
     return rows
 
 
@@ -76,7 +78,7 @@ def calibration_text(calibration: Calibration) -> str:
     lines.append(_NOISE)
     lines += [f"  {name:20}{calibration.noise[name]:9.3g}  {calibration.noise_correlation.get(name, 0.0):5.2f}"
               f"{value:9.2f}" for name, value in calibration.chi_square.items()]
-    if _leaves_much(calibration):
+    if _leaves_much(calibration.chi_square):
         lines += _MISSING
     if not calibration.converged:
         lines.append(_NOT_CONVERGED)
@@ -131,19 +133,19 @@ def calibration_page(job: Mapping[str, Any], output: Mapping[str, Any]) -> str:
     lead, *limits = calibration_summary(calibration)
     warnings = [] if calibration.partial is None else [calibration.partial.warning]
     warnings += [(f"{words.partition(':')[0]}:", words.partition(": ")[2]) for words in limits]
-    if _leaves_much(calibration):
+    if _leaves_much(calibration.chi_square):
         warnings.append(("An effect is missing:", " ".join(_MISSING)))
-    head = ("parameter", "value", f"{calibration.level:.0%} interval", "× nominal", "scatter", "remark")
+    head = ("parameter", "value", f"{100 * calibration.level:.0f} % interval", "× nominal", "scatter", "remark")
     rows = [(row.name, with_unit(row.value, row.unit), with_unit(f"{row.lower} to {row.upper}", row.unit),
              row.multiple, row.scatter, row.note) for row in _rows(calibration)]
-    noise = [(in_words(name), with_unit(f"{calibration.noise[name]:.3g}", SIGNAL_UNITS.get(name, "s")),
-              f"{calibration.noise_correlation.get(name, 0.0):.2f}",
-              f"{value:.2f}") for name, value in calibration.chi_square.items()]
+    noise = [(in_words(name), _state_noise(calibration.noise[name], SIGNAL_UNITS.get(name, "s")),
+              signed(calibration.noise_correlation.get(name, 0.0)), f"{value:.2f}")
+             for name, value in calibration.chi_square.items()]
     names = [in_words(name) for name in calibration.free]
-    correlation = [(name, *(f"{value:.2f}" for value in row))
+    correlation = [(name, *map(signed, row))
                    for name, row in zip(names, calibration.correlation, strict=True)]
-    return document("calibration", job["id"], f"Parameters of the bench {calibration.bench} from “{job['recordings']}”",
-                    warnings, [
+    title = f"Parameters of the bench {calibration.bench} from “{job['recordings']}”"
+    return document("calibration to", job["recordings"], title, warnings, [
         markup.section("Parameters", markup.table(head, rows, words=(5,)), markup.paragraph(f"{_SCATTER}.", "note"),
                        *(markup.paragraph(line, "note") for line in _list_undetermined(calibration))),
         markup.section("Pictures", *figures(calibration_specs(calibration), CAPTIONS).values()),
@@ -163,8 +165,10 @@ def _machine_page(job: Mapping[str, Any], output: Mapping[str, Any]) -> str:
     chi_square = [(name, f"{value:.2f}") for name, value in result["chi_square"].items()]
     head, rows = parameter_table(fitted)
     title = f"Parameters of the machine {result['machine']} from “{job['recordings']}”"
-    return document("calibration", job["id"], title, [
-        (f"{words.partition(':')[0]}:", words.partition(": ")[2]) for words in limits], [
+    warnings = [(f"{words.partition(':')[0]}:", words.partition(": ")[2]) for words in limits]
+    if _leaves_much(result["chi_square"]):
+        warnings.append(("An effect is missing:", " ".join(_MISSING)))
+    return document("calibration to", job["recordings"], title, warnings, [
         markup.section("Parameters", markup.table(head, rows, words=(len(head) - 1,))),
         markup.section("Blocks", markup.table(("block", "reduced chi-square"), chi_square)),
         provenance(job, output, [*_sources(job), ("machine", result["machine"])])],
@@ -172,13 +176,18 @@ def _machine_page(job: Mapping[str, Any], output: Mapping[str, Any]) -> str:
         home=home_of(job))
 
 
+def _state_noise(value: float, unit: str) -> str:
+    shown, factor = scale(unit, value)
+    return with_unit(fixed(factor * value), shown)
+
+
 def _sources(job: Mapping[str, Any]) -> list[tuple[str, str | None]]:
     start = f"model with the SHA-256 {job['model_digest']}" if job["model_digest"] else "nominal parameters"
     return [("recordings", f"{job['recordings']}, SHA-256 {job['recordings_digest']}"), ("start", start)]
 
 
-def _leaves_much(calibration: Calibration) -> bool:
-    return max(calibration.chi_square.values()) > _LARGE_CHI_SQUARE
+def _leaves_much(chi_square: Mapping[str, float]) -> bool:
+    return max(chi_square.values()) > _LARGE_CHI_SQUARE
 
 
 def _list_undetermined(calibration: Calibration) -> list[str]:

@@ -43,7 +43,7 @@ def machine_study_page(study: Mapping[str, Any], output: Mapping[str, Any]) -> s
     result, specs = from_dict(MachineStudyResult, output["result"]), machine_study_specs(output)
     drawn, box = figures(specs, captions(specs)), advise(result)
     main = sections(result, drawn)
-    return document("study", study["id"], result.sentence, warnings(result), [
+    return document("study of", study["recordings"], result.sentence, warnings(result), [
         *(render_section(section, drawn) for section in (*main, explain([box, *main]))),
         provenance(study, output, [
             ("recordings", f"{study['recordings']}, SHA-256 {study['recordings_digest']}"),
@@ -76,10 +76,10 @@ def tell_evidence(result: MachineStudyResult) -> str:
                 "blocks of the model; 1 is expected if nothing is missing.")
     errors = listed([units.number(finding.errors) for finding in result.findings])
     closed = "" if result.gap is None else (
-        f" {'They close' if len(result.findings) > 1 else 'It closes'} {_share(result.gap.closed)} of the gap, a wrong "
-        f"law {_share(result.gap.control_closed)}.")
-    return (f"The runs agree by {errors} standard errors.{closed} No confidence is stated: how often such findings are "
-            "right is not measured for this machine.")
+        f" What was found closes {_share(result.gap.closed)} of the gap, a wrong law "
+        f"{_share(result.gap.control_closed)}.")
+    return (f"The runs agree about it by {errors} standard errors.{closed} No confidence is stated: how often such "
+            "findings are right is not measured for this machine.")
 
 
 def _share(share: float) -> str:

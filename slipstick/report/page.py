@@ -47,7 +47,7 @@ def page(fit: Mapping[str, Any], output: Mapping[str, Any], other_method: Mappin
     result = output["result"]
     title = words.headline(result, len(result["log10_likelihood_per_condition"]), fit["recordings"])
     compared = other_method is not None or costs.is_case_of_paper(output)
-    return document("fit", fit["id"], title, [*words.warnings(result), *doubts(output["figure_data"])], [
+    return document("fit to", fit["recordings"], title, [*words.warnings(result), *doubts(output["figure_data"])], [
         section("Fitted values", _numbers(output), listing(words.identified(result))),
         section("Combinations of unknowns", listing(words.combinations(result)), paragraph(_COMBINATIONS, "note")),
         section("Pictures", *figures(pictures(output), CAPTIONS).values()),

@@ -29,7 +29,7 @@ def propagation_page(answer: Mapping[str, Any], request: Mapping[str, Any], cond
     """
     specs = {"propagation": draw(answer, request["quantiles"], conditions)}
     shown, axes = Output.of(answer), [in_words(axis["name"]) for axis in answer["axes"]]
-    return document("propagation", answer["table"], headline(answer), warnings(answer, request), [
+    return document("propagation of", answer["table"], headline(answer), warnings(answer, request), [
         section("Distributions", *figures(specs, captions(specs)).values()),
         section("Numbers", table(
             _headings(shown, request["quantiles"], "condition", axes, (": alone", ": total")),
@@ -137,7 +137,8 @@ def _cells(row: Mapping[str, Any], first: str, axes: int, shown: Output,
         return signed(1e3 * value, 1) if shown.factor == 1e3 else number(shown.factor * value)
 
     shares = [share for shares in zip(*(row[kind] or [None] * axes for kind in kinds), strict=True) for share in shares]
-    return (first, small(row["mean"]), small(row["std"]), *map(small, row["quantiles"]),
+    std = "" if row["std"] is None else units.fixed(shown.factor * row["std"])
+    return (first, small(row["mean"]), std, *map(small, row["quantiles"]),
             *("" if share is None else f"{100 * share:.0f} %" for share in shares))
 
 

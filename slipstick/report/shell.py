@@ -23,7 +23,7 @@ SIGN = "All differences are measured minus predicted: positive where the test be
 
 def document(kind: str, name: str, title: str, warnings: Iterable[tuple[str, str]], body: Sequence[str],
              box: Iterable[str] = (), facts: Iterable[str] = (), home: str = "") -> str:
-    """Return the HTML document of the job `name` of a `kind`, such as fit.
+    """Return the HTML document of a `kind` of work on what has this `name`, such as "fit to" the recordings "mine".
 
     After the title come the `box` of what to do, the `facts`, and a table of contents of the sections in `body`. The
     `warnings` come before the title, or after a box, which names them. `home` is the relative address of the service
@@ -36,7 +36,7 @@ def document(kind: str, name: str, title: str, warnings: Iterable[tuple[str, str
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
         '<meta name="color-scheme" content="light dark">',
-        f"<title>{escape(name)}: {escape(title)}</title>", f"<style>{style()}</style>", "</head>",
+        f"<title>{escape(title)} · {escape(kind)} {escape(name)}</title>", f"<style>{style()}</style>", "</head>",
         "<body>", "<main>", linked(over, "Slipstick", home) if home else paragraph(over, "over"),
         *([] if box else aside), f"<h1>{escape(title)}</h1>", *box, *(aside if box else []),
         *facts, contents(body), *body, "</main>", "</body>", "</html>", ""])
@@ -88,7 +88,7 @@ def provenance(job: Mapping[str, Any], output: Mapping[str, Any], entries: Itera
              for name in ("seconds", "processor_seconds")}
     settings = ", ".join(f"{name} {json.dumps(value)}" for name, value in job.get("settings", {}).items())
     entries = [
-        *entries, ("settings", settings), ("wall time", times["seconds"]),
+        *entries, ("identifier", job["id"]), ("settings", settings), ("wall time", times["seconds"]),
         ("processor time", times["processor_seconds"]), ("submitted", job["submitted"]), ("ended", job["ended"]),
         ("version", f"Slipstick {__version__}")]
     return section("Provenance", definitions([(name, value) for name, value in entries if value]))

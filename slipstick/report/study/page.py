@@ -32,7 +32,7 @@ def study_page(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits |
     drawn, changed, cautions = figures(specs, captions(specs)), _select_changes(settings), warnings(result, data.aside)
     main, rest = content.evidence(result, settings, drawn), content.background(result, data, settings)
     box = advise(result, data, settings, cautions)
-    return document("study", study["id"], result.sentence, cautions, [
+    return document("study of", study["recordings"], result.sentence, cautions, [
         *(render_section(section, drawn) for section in main),
         same_fit(result, fits, drawn.get("surfaces", "")),
         *(render_section(section, drawn) for section in (*rest, explain([box, *main, *rest]))),

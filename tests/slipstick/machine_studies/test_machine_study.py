@@ -18,6 +18,7 @@ from slipstick.interface.machine_study import MachineStudy
 from slipstick.machine import Effect, Kind, Machine, Runs, list_experiments
 from slipstick.machine_studies import MachineStudyResult, study_machine
 from slipstick.report import made
+from slipstick.report.calibration import calibration_page
 from slipstick.report.machine_study import advise, coefficient_table, sections, warnings
 from slipstick.report.study.parts import Items, Section, Table
 from slipstick.storage.library import Library
@@ -175,7 +176,15 @@ def test_a_calibration_tells_parameters_and_what_is_left(folder: Path) -> None:
     known = {each.name: each for each in fitted.parameters}
     assert known["fan lag"].lower < 2.0 < known["fan lag"].upper
     assert all(chi < 1.1 for chi in fitted.chi_square.values())
-    assert slipstick.calibrate(machine, folder / "of_bench.h5", progress=False).chi_square["plate"] > 1.5
+    lacking = slipstick.calibrate(machine, folder / "of_bench.h5", progress=False)
+    assert lacking.chi_square["plate"] > 1.5
+    job = {"id": "a", "recordings": "of_bench", "recordings_digest": "d", "model_digest": None, "submitted": "",
+           "ended": ""}
+    for each, chi_square in ((lacking, 2.5), (fitted, 1.0)):
+        result = {**each.to_dict(), "chi_square": {**each.chi_square, "plate": chi_square}}
+        page = calibration_page(job, {"result": result, "seconds": {}, "processor_seconds": {}})
+        assert ("An effect is missing:" in page) == (each is lacking)
+        assert "0.5000 W/K" in page  # as declared
 
 
 def test_a_study_is_saved_and_opened_with_its_pictures(studied: MachineStudy, tmp_path: Path) -> None:

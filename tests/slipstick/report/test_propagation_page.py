@@ -40,7 +40,7 @@ def texts(spec: dict[str, Any]) -> list[str]:
 def test_every_condition_has_its_density_quantiles_and_bars() -> None:
     spec = draw(answer(condition(0), condition(215)), [0.05, 0.95], CONDITIONS)
     assert spec["title"]["text"] == ("Standard deviations of 20.0 to 20.0 ms in 2 conditions; the pressure bias causes "
-                                     "most of the variance in 2 of them")
+                                     "most of the variance in all of them")
     assert [row["title"]["text"] for row in spec["vconcat"]] == [
         "0: profile 0, motor 105 rad/s, 6 kg m², brake 20 N m",
         "215: profile 2, motor 199 rad/s, 14 kg m², brake 80 N m"]

@@ -90,7 +90,8 @@ def test_the_page_begins_with_what_to_do(studied: Studied, reading: Read) -> Non
     assert after is not None
     assert one.counted is not None
     text = reading(page(result, figures, {**STUDY, "bench": "heavy"})).text
-    body = text[text.index("Slipstick ·"):]
+    body = text[text.index("Slipstick · study of few"):]
+    assert body.index("first-study") > body.index("Provenance")  # an identifier says nothing to a reader
     # The answer, how sure it is, what to do, and what was studied, before any section.
     order = [body.index(words) for words in (
         "Missing: slip-speed-dependent friction", f"Confidence {one.confidence:.2f}: of {one.counted.of} findings",
