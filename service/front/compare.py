@@ -11,7 +11,7 @@ from slipstick.report.markup import paragraph, section
 from slipstick.report.words import duration
 
 from ..front.elements import Link, moment
-from ..front.jobs import Active, Listed, describe_subject, page_of
+from ..front.jobs import Active, Listed, describe_subject, name_of, page_of
 from ..job_kind import JobKind
 from .job_page import comparison_form
 
@@ -48,7 +48,7 @@ def comparison_page(kind: JobKind[Listed, Active], jobs: Sequence[Listed], sides
     rows = {"Overview": _overview(sides)}
     rows |= _ROWS[kind.name](sides)
     rows |= {"Settings that differ": _settings(sides)}
-    heads = tuple(Link(side.job.id, page_of(side.job)).html() for side in sides)
+    heads = tuple(Link(name_of(side.job), page_of(side.job)).html() for side in sides)
     return "\n".join([
         paragraph("Comparison", "over"), f"<h1>Two {kind.plural} side by side</h1>",
         *(section(title, _table(heads, compared)) for title, compared in rows.items() if compared),

@@ -13,7 +13,7 @@ from slipstick.pictures import units
 from slipstick.pictures.panels import draw_curves
 from slipstick.pictures.theme import in_words
 from slipstick.recordings.signals import SIGNAL_UNITS
-from slipstick.report.markup import definitions, paragraph, section, table
+from slipstick.report.markup import coded, definitions, paragraph, section, table
 from slipstick.table.subject import Setting, columns
 
 from ..drawings import Drawings
@@ -39,7 +39,7 @@ def bench_page(name: str, bench: Bench, about: str, drawings: Drawings) -> str:
                                                    bench.conditions.digest)),
         section("Parameters", table(("parameter", "nominal value", "unit", "name"), rows, {2, 3})),
         section("Conditions", conditions_table(bench.conditions)),
-        section("Origin", paragraph(bench.source.strip()), definitions([
+        section("Origin", f"<p>{coded(bench.source.strip())}</p>", definitions([
             ("digest", bench.digest), ("digest of sensors and priors", bench.sensing_digest)]))])
 
 

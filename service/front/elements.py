@@ -50,14 +50,16 @@ class Entry:
 def group(title: str, entries: Sequence[Entry], empty: str, *links: Link, most: int | None = None) -> str:
     """Return a section with a list of entries, or with the text `empty` if there are none.
 
-    Entries after the first `most` are folded.
+    Entries after the first `most` are folded. The links belong to the list. Without entries and text it is empty.
     """
+    if not entries and not empty:
+        return ""
     anchor = title.split()[0].lower()
     shown, folded = entries[:most], entries[len(entries[:most]):]
     body = _list(shown) if entries else paragraph(empty, "note")
     if folded:
         body += f"\n<details><summary>{len(folded):,} more</summary>\n{_list(folded)}\n</details>"
-    below = " · ".join(link.html() for link in links)
+    below = " · ".join(link.html() for link in links) if entries else ""
     return (f'<section id="{anchor}" aria-labelledby="{anchor}-title"><h2 id="{anchor}-title">{escape(title)}</h2>\n'
             f"{body}\n" + (f'<p class="links">{below}</p>\n' if below else "") + "</section>")
 

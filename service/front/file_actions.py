@@ -17,11 +17,11 @@ _SINGULAR: Mapping[Folder, str] = {"tables": "table", "recordings": "recordings"
 def file_actions(folder: Folder, name: str, jobs: Mapping[str, Form], results: int) -> str:
     """Return the section of actions of a file, of which there are so many `results`."""
     address = f"/v1/{folder}/{name}"
-    orders = [folded(title, form.html(), anchor=f"start-{form.id}") for title, form in jobs.items()]
+    orders = [folded(title, form.html()) for title, form in jobs.items()]
     downloads = '<p class="links">' + " · ".join(link.html() for link in (
         Link("Download the file", f"{address}/file"), Link("Jobs with it", f"/find?text={name}"))) + "</p>"
     return section("What to do", WITHOUT_SCRIPT, *orders, _rename(folder, name, address),
-                   _delete(folder, name, address, results) if folder != "benches" else "", downloads)
+                   _delete(folder, name, address, results), downloads)
 
 
 def _rename(folder: Folder, name: str, address: str) -> str:

@@ -3,7 +3,6 @@
 An operation stands once, under /v1; the script says an error of it in words beside the field that it is about.
 """
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from html import escape
@@ -12,7 +11,7 @@ from typing import Any, Literal
 from pydantic import TypeAdapter
 
 from slipstick.pictures.theme import in_words
-from slipstick.report.markup import paragraph
+from slipstick.report.markup import coded, paragraph
 
 Kind = Literal["text", "number", "integer", "numbers", "choice", "choices", "flag", "file", "hidden"]
 Place = Literal["body", "query", "header"]
@@ -57,7 +56,7 @@ class Field:
     def html(self, form: str) -> str:
         """Return the field of the form with the id `form` as HTML."""
         id = f"{form}-{self.name.replace('.', '-')}"
-        about = f'<span class="about" id="{id}-about">{_coded(self.about)}</span>' if self.about else ""
+        about = f'<span class="about" id="{id}-about">{coded(self.about)}</span>' if self.about else ""
         data = f'data-sends="{self._sends}" data-place="{self.place}"'
         described = f'aria-describedby="{f"{id}-about " if self.about else ""}{id}-wrong"'
         wrong = f'<span class="wrong" id="{id}-wrong" hidden></span>'
@@ -125,10 +124,9 @@ class Form:
             '<span class="busy" role="status"></span></p><p class="wrong" role="alert" hidden></p></form>'])
 
 
-def folded(title: str, *parts: str, anchor: str = "") -> str:
-    """Return parts below a heading that unfolds them."""
-    id = f' id="{anchor}"' if anchor else ""
-    return f'<details class="task"{id}><summary>{escape(title)}</summary>\n' + "\n".join(parts) + "\n</details>"
+def folded(title: str, *parts: str) -> str:
+    """Return parts below a heading that unfolds them, as a link to a part does."""
+    return f'<details class="task"><summary>{escape(title)}</summary>\n' + "\n".join(parts) + "\n</details>"
 
 
 def expert_fields(model: Any, prefix: str, leave_out: Sequence[str] = ()) -> list[Field]:
@@ -161,8 +159,3 @@ def _field_of(name: str, property: dict[str, Any], definitions: dict[str, Any]) 
         case {"type": "number"}:
             return replace(made, kind="number")
     return None
-
-
-def _coded(text: str) -> str:
-    """A text as HTML, in which what stands between backticks is code."""
-    return re.sub("`([^`]+)`", r"<code>\1</code>", escape(text))

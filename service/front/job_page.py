@@ -9,7 +9,7 @@ from slipstick.report.words import duration
 
 from ..build_schemas import Build
 from ..front.elements import Link, moment
-from ..front.jobs import Active, Listed, answer_of, describe_progress, describe_subject, page_of
+from ..front.jobs import Active, Listed, answer_of, describe_progress, describe_subject, name_of, page_of
 from ..job_kind import JobKind
 from ..job_store import JobStore
 from ..study_schemas import FindingLaw
@@ -42,8 +42,8 @@ def job_page(kind: JobKind[Listed, Active], store: JobStore, job: Active, worker
         about=f"It stops within a second. {_LOST.get(kind.name, _LOST_AS_A_RULE)}").html()
     gone = "its result, report and pictures" if job.status == "done" else "what it was asked"
     delete = folded(f"Delete the {kind.name}", paragraph(
-        f"The {kind.name} “{job.id}” is removed for everybody with {gone}, and cannot be restored. Recordings and "
-        "tables stay."), Form("delete", address, f"Delete {job.id}", method="DELETE", body="none", then="/",
+        f"The {kind.name} “{name_of(job)}” is removed for everybody with {gone}, and cannot be restored. Recordings "
+        "and tables stay."), Form("delete", address, f"Delete the {kind.name}", method="DELETE", body="none", then="/",
                               is_dangerous=True).html()) if ended else ""
     return "\n".join([
         paragraph(kind.name.capitalize(), "over"), f"<h1>{escape(describe_subject(job))}</h1>", state,
@@ -99,7 +99,7 @@ def comparison_form(kind: JobKind[Listed, Active], jobs: Sequence[Listed], first
 
 
 def _label(job: Listed) -> str:
-    return f"{job.id[:36]}, {describe_subject(job)}, {moment(job.ended)}"
+    return f"{name_of(job)}: {describe_subject(job)}, {moment(job.ended)}"
 
 
 def _origin(job: Active) -> str:
@@ -126,4 +126,4 @@ def pictures_page(kind: JobKind[Listed, Active], job: Listed, figures: Mapping[s
         drawn.append(f'<figure id="{name}"><h3>{escape(title)}</h3><div class="picture" tabindex="0">{element}</div>'
                      f'<figcaption>{escape(caption)}</figcaption><p class="links">{links}</p></figure>')
     return "\n".join([paragraph(kind.name.capitalize(), "over"), f"<h1>Pictures: {escape(describe_subject(job))}</h1>",
-                      f'<p class="links">{Link(job.id, page_of(job)).html()}</p>', *drawn])
+                      f'<p class="links">{Link(name_of(job), page_of(job)).html()}</p>', *drawn])

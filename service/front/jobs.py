@@ -37,6 +37,8 @@ _NO_WORKER = ('<aside class="warnings"><p><strong>No worker is alive.</strong> J
 Active = FitWithProgress | StudyWithProgress | CalibrationWithProgress | BuildWithProgress
 Listed = Fit | Study | Calibration | Build
 JOB_KINDS: tuple[JobKind[Listed, Active], ...] = (STUDIES, FITS, CALIBRATIONS, BUILDS)
+_ALWAYS_LISTED = STUDIES, FITS
+"""The kinds to which each page links."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,7 @@ def _list_ended(kind: JobKind[Listed, Active], store: JobStore, count: int) -> s
     jobs = store.newest(count + 1, 0, JobFilter(status=ENDED))
     older = Link(f"Show more {title.lower()}", f"/?count={min(1000, 2 * count)}#{title.lower()}")
     return group(title, [ended_entry(store, kind.without_progress(store, job)) for job in jobs[:count]],
-                 f"No {store.workflow} has ended yet.",
+                 f"No {kind.name} has ended yet." if kind in _ALWAYS_LISTED else "",
                  *([older] if len(jobs) > count else []), *listings(store.address))
 
 
@@ -100,7 +102,7 @@ def describe_subject(job: Listed) -> str:
 def active_entry(job: Active) -> Entry:
     """Return a job that runs or waits as an entry of a list."""
     links = [Link("Status as JSON", job.links["self"])]
-    return Entry(_name(job), page_of(job), describe_subject(job), job.status, describe_progress(job), links)
+    return Entry(name_of(job), page_of(job), describe_subject(job), job.status, describe_progress(job), links)
 
 
 def page_of(job: Listed) -> str:
@@ -154,16 +156,17 @@ def ended_entry(store: JobStore, job: Listed) -> Entry:
     about = f"{describe_subject(job)}, {moment(job.ended)}"
     if job.status != "done":
         cause = paragraph(str(store.find(job.id).error), "doing") if job.status == "failed" else ""
-        return Entry(_name(job), page_of(job), about, job.status, cause, [Link("Status as JSON", address)])
+        return Entry(name_of(job), page_of(job), about, job.status, cause, [Link("Status as JSON", address)])
     answer = _thumbnail(store, job) + paragraph(answer_of(store, job.id, str(job.ended)), "answer")
     made = Link("Table", f"/tables/{job.name}") if isinstance(job, Build) else Link("Report", job.links["report"])
-    return Entry(_name(job), page_of(job), about, "", answer, [
+    return Entry(name_of(job), page_of(job), about, "", answer, [
         made, Link("Result as JSON", job.links["result"]),
         *([Link("Residuals as CSV", f"{job.links['residuals']}?format=csv")] if "residuals" in job.links else [])])
 
 
-def _name(job: Listed) -> str:
-    subject = job.name if isinstance(job, Build) else job.recordings
+def name_of(job: Listed) -> str:
+    """Return what people call a job."""
+    subject = job.name if isinstance(job, Build) else job.table if isinstance(job, Fit) else job.recordings
     return job_name(type(job).__name__.removesuffix("WithProgress").lower(), subject, job.id, job.submitted)
 
 

@@ -95,6 +95,17 @@ def delete_recordings(name: RecordingsNamePath, library: LibraryDependency, stor
     library.remove_recordings(name)
 
 
+@router.delete("/benches/{name}", summary="Delete a bench", status_code=204, tags=["benches"],
+               responses=error_responses(404, 409, 503))
+def delete_bench(name: BenchNamePath, library: LibraryDependency, stores: JobStores, force: Force = False) -> None:
+    """Delete a bench file, valid or not; 409 while a queued or running job uses it.
+
+    Without `force` it is also 409 if there are finished jobs on it. Their results and its tables stay available.
+    """
+    _require_unused(name, JobFilter(bench=name), force, stores)
+    library.remove_bench(name)
+
+
 def _rename(rename: Callable[[], None], new: str, address: str, response: Response) -> None:
     """Rename a file and set the Location of the response; raises `Conflict` if the new name is taken."""
     try:

@@ -161,5 +161,5 @@ def _file_page(folder: Folder, name: str, content: Callable[[], _Content], store
 def _jobs(request: Request, library: Library, stores: Mapping[str, JobStore], count: int) -> str:
     heartbeats: Heartbeats = request.app.state.heartbeats
     total = sum(store.total() for store in stores.values())
-    steps = first_steps(library, heartbeats.alive(), total, str(request.base_url).rstrip("/"))
+    steps = first_steps(library, heartbeats.alive(), total)
     return Jobs(stores, heartbeats).html(count, steps)

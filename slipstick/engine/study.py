@@ -31,6 +31,9 @@ from slipstick.machine.runs import Profile, Runs
 from slipstick.machine.whole import compose
 from slipstick.numerics.threads import in_one_blas_thread
 
+_TRIALS = np.errstate(over="ignore", invalid="ignore", divide="ignore")
+"""Without warnings of trial steps from which equations overflow: such steps are not taken."""
+
 
 @dataclass(frozen=True, eq=False)
 class Gap:
@@ -117,6 +120,7 @@ class MachineStudy:
         return simulate(self.machine, time, commands, {**estimated, **values}, self.laws)
 
 
+@_TRIALS
 @in_one_blas_thread
 def study(machine: Machine, runs: Runs, values: Mapping[str, float] | None = None,
           settings: EngineSettings | None = None, log: Log = lambda _: None,
@@ -141,6 +145,7 @@ def study(machine: Machine, runs: Runs, values: Mapping[str, float] | None = Non
     return replace(studied, confirmation=confirmation, seconds=time.perf_counter() - began)
 
 
+@_TRIALS
 @in_one_blas_thread
 def fit_parameters(machine: Machine, runs: Runs, settings: EngineSettings | None = None,
                    log: Log = lambda _: None, executor: Executor | None = None) -> Fit:

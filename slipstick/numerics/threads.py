@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import wraps
+from functools import partial, wraps
 from itertools import pairwise
 from threading import local
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
+import numpy as np
 from numba import get_num_threads
 from threadpoolctl import threadpool_limits
 
@@ -37,7 +38,7 @@ def mapped(function: Callable[[Argument], Value], arguments: Sequence[Argument],
     workers = min(threads or get_num_threads(), len(arguments))
     if workers < 2 or getattr(_HERE, "is_part", False):
         return [function(argument) for argument in arguments]
-    with ThreadPoolExecutor(workers, initializer=_be_part) as pool:
+    with ThreadPoolExecutor(workers, initializer=partial(_be_part, np.geterr())) as pool:
         return list(pool.map(function, arguments))
 
 
@@ -47,5 +48,7 @@ def parts_of(count: int) -> list[slice]:
     return [slice(*bounds) for bounds in pairwise(ends)]
 
 
-def _be_part() -> None:
+def _be_part(errors: Any) -> None:
+    """Mark this thread as a part, which treats floating-point `errors` as its caller does."""
     _HERE.is_part = True
+    np.seterr(**errors)

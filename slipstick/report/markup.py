@@ -13,6 +13,11 @@ def paragraph(text: str, css_class: str = "") -> str:
     return f'<p class="{css_class}">{escape(text)}</p>' if css_class else f"<p>{escape(text)}</p>"
 
 
+def coded(text: str) -> str:
+    """Return a text as HTML, in which what stands between backticks is code."""
+    return re.sub("`([^`]+)`", r"<code>\1</code>", escape(text))
+
+
 def section(title: str, *parts: str) -> str:
     """Return a heading followed by its parts; empty if all parts are empty."""
     body = "\n".join(part for part in parts if part)

@@ -240,16 +240,20 @@ class Library:
 
     def remove_table(self, name: str) -> None:
         """Delete the file of the table `name`, valid or not; raises `UnknownName`."""
-        self._remove("table", name, self.tables())
+        self._remove("table", name, self.tables(), "h5")
 
     def remove_recordings(self, name: str) -> None:
         """Delete the file of the recordings `name`, valid or not; raises `UnknownName`."""
-        self._remove("recordings file", name, self.recordings())
+        self._remove("recordings file", name, self.recordings(), "h5")
 
-    def _remove(self, kind: str, name: str, known: list[str]) -> None:
+    def remove_bench(self, name: str) -> None:
+        """Delete the file of the bench `name`, valid or not; raises `UnknownName`."""
+        self._remove("bench", name, self.benches(), "toml")
+
+    def _remove(self, kind: str, name: str, known: list[str], form: str) -> None:
         if name not in known:
             raise UnknownName.of(kind, name, known)
-        (self.folder / f"{name}.h5").unlink(missing_ok=True)
+        (self.folder / f"{name}.{form}").unlink(missing_ok=True)
 
     def rename_table(self, name: str, new: str) -> None:
         """Rename the file of the table `name`, valid or not.

@@ -128,8 +128,8 @@ OPERATIONS = (
     ("POST", "/v1/studies"), ("POST", "/v1/fits"), ("POST", "/v1/calibrations"), ("POST", "/v1/tables?name=x"),
     ("POST", "/v1/recordings?name=x&bench=heavy"), ("POST", "/v1/recordings/import?name=x&bench=heavy"),
     ("POST", "/v1/recordings/proposal?file=x&bench=heavy"), ("POST", "/v1/benches?name=x"),
-    ("PATCH", "/v1/recordings/measured"), ("DELETE", "/v1/recordings/measured"), ("POST", "/v1/fits/none/cancel"),
-    ("DELETE", "/v1/fits/none"))
+    ("PATCH", "/v1/recordings/measured"), ("DELETE", "/v1/recordings/measured"), ("DELETE", "/v1/benches/heavy"),
+    ("POST", "/v1/fits/none/cancel"), ("DELETE", "/v1/fits/none"))
 
 
 def test_what_a_page_of_another_site_sends_is_refused(shared: httpx.Client) -> None:
@@ -448,7 +448,7 @@ def by_keyboard(person: Person) -> None:
                 return screen.switch_to.active_element
         raise AssertionError(f"Tab does not reach {selector}")
 
-    go_to("#start-fit > summary").send_keys(Keys.ENTER)
+    go_to("details:has(#fit) > summary").send_keys(Keys.ENTER)
     go_to("#fit input[value=initial_position]").send_keys(Keys.SPACE)
     go_to("#fit [name=Idempotency-Key]").send_keys("acted-two")
     go_to("#fit .experts > summary").send_keys(Keys.SPACE)

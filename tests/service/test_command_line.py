@@ -96,6 +96,7 @@ def test_the_process_is_prepared_for_many_requests(tmp_path: Path, monkeypatch: 
     monkeypatch.setattr("service.server.make_server", lambda _: Server())
     monkeypatch.setattr(sys, "argv", ["service"])
     monkeypatch.setenv("SLIPSTICK_JOBS", f"sqlite:///{tmp_path}/jobs.sqlite")
+    monkeypatch.setenv("SLIPSTICK_PORT", "0")  # a service may run on the usual port
     try:
         assert main() == 0
     finally:

@@ -113,6 +113,16 @@ def test_what_a_result_is_of_is_deleted_only_by_force(client: httpx.Client, fold
     assert client.delete("/v1/recordings/measured").status_code == 204
 
 
+def test_a_bench_with_a_study_is_deleted_only_by_force(client: httpx.Client, folder: Path) -> None:
+    job = client.post("/v1/studies", json={"bench": "heavy"}).json()["links"]["self"]
+    assert job in problem(client.delete("/v1/benches/heavy?force=true"), 409)["detail"]
+    with sqlite3.connect(folder.parent / "jobs.sqlite") as jobs:
+        jobs.execute("UPDATE workflow_status SET status = 'SUCCESS'")
+    assert "?force=true" in problem(client.delete("/v1/benches/heavy"), 409)["remedy"]
+    assert client.delete("/v1/benches/heavy?force=true").status_code == 204
+    assert not (folder / "heavy.toml").exists()
+
+
 def test_what_a_job_uses_is_not_deleted(client: httpx.Client, folder: Path) -> None:
     job = client.post("/v1/fits", json={}).json()["links"]
     for path in ("/v1/tables/nominal", "/v1/recordings/measured"):
@@ -125,6 +135,8 @@ def test_what_a_job_uses_is_not_deleted(client: httpx.Client, folder: Path) -> N
         assert (deleted.status_code, deleted.content) == (204, b"")
         problem(client.delete(path), 404)
     assert sorted(path.name for path in folder.iterdir()) == ["heavy.toml"]
+    assert client.delete("/v1/benches/heavy").status_code == 204
+    problem(client.delete("/v1/benches/heavy"), 404)
     problem(client.delete("/v1/tables/..%2fjobs"), 404)
 
 

@@ -47,11 +47,11 @@ def test_an_empty_service_says_what_to_do_first(tmp_path: Path, serving: Any) ->
     with serving(Settings(tables=tmp_path / "tables", jobs=f"sqlite:///{tmp_path}/jobs.sqlite")) as address, \
             httpx.Client(base_url=address) as client:
         found = text(client)
-    steps = ("slipstick bench new", "slipstick build", "/v1/recordings?name=mine", "slipstick work",
-             f"{address}/v1/studies")
+    steps = ("Add a bench", "slipstick bench new", "Add recordings", "slipstick work")
     assert sorted(steps, key=found.index) == list(steps)
     for nothing in ("There is no table yet", "There are no recordings yet", "There is no bench yet", "0 workers alive"):
         assert nothing in found
+    assert "All as" not in found
 
 
 BROWSER = "text/html,application/xhtml+xml,application/xml;q=0.9,*/*;q=0.8"
@@ -91,7 +91,7 @@ def test_the_page_lists_files_and_jobs_and_the_steps_that_are_left(client: httpx
     for said in ("0 workers alive · 0 running · 2 waiting", "No worker is alive", "Next in its queue",
                  "1 job before it in its queue", "two cancelled"):
         assert said in found
-    assert "--data" not in found  # the step is done
+    assert "Study “" not in found  # the step is done
 
 
 def test_ended_jobs_come_in_parts(client: httpx.Client) -> None:

@@ -216,6 +216,7 @@ def test_the_command_does_not_serve_without_its_token_file(
         tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(sys, "argv", ["service"])
     monkeypatch.setenv("SLIPSTICK_TOKENS", f"{tmp_path}/nowhere")
+    monkeypatch.setenv("SLIPSTICK_PORT", "0")  # a service may run on the usual port
     assert main() == 1
     error = capsys.readouterr().err
     assert error.startswith(f"error: The token file '{tmp_path}/nowhere' cannot be read")

@@ -22,7 +22,7 @@ from tests.benches import HEAVY
 
 ADDRESS = "/v1/builds"
 SMALL = {"bench": "heavy", "axes": {"pressure_bias": [0.8, 1.2, 3], "initial_position": [0.8, 1.2, 2]}}
-LARGE = {"bench": "heavy", "axes": {"pressure_bias": [0.8, 1.2, 100], "initial_position": [0.8, 1.2, 100],
+LARGE = {"bench": "heavy", "axes": {"pressure_bias": [0.8, 1.2, 70], "initial_position": [0.8, 1.2, 70],
                                     "current_gain": [0.9, 1.1, 3]}}
 MOTOR = {"machine": "dc motor", "output": "run_up_time", "axes": {"resistance_value": [0.8, 1.2, 3]}}
 
@@ -55,7 +55,7 @@ def is_under_way(job: dict[str, Any]) -> bool:
 
 def test_a_build_goes_on_after_its_worker_was_killed(bench: Bench, tmp_path: Path) -> None:
     bench.post(ADDRESS, "killed", {"name": "large", **LARGE})
-    assert "of 6,480,000 engagements" in bench.follow("killed", is_under_way, address=ADDRESS)["progress"]["doing"]
+    assert "of 3,175,200 engagements" in bench.follow("killed", is_under_way, address=ADDRESS)["progress"]["doing"]
     assert bench.client.get("/v1/tables/large").status_code == 404
     assert "is being built by /v1/builds/killed" in refused(bench.client, 409, name="large", bench="heavy")["detail"]
     renamed = bench.client.patch("/v1/benches/heavy", json={"name": "other"})
@@ -76,7 +76,7 @@ def test_a_build_goes_on_after_its_worker_was_killed(bench: Bench, tmp_path: Pat
     finished = bench.client.get(job["links"]["result"])
     direct = slipstick.build("heavy", LARGE["axes"], progress=False)  # type: ignore[arg-type]
     assert finished.json()["result"] == {
-        "digest": direct.digest, "shape": [100, 100, 3, 216],
+        "digest": direct.digest, "shape": [70, 70, 3, 216],
         "statuses": {"locked": int((direct.status == 0).sum()), "never_locked": int((direct.status == 1).sum()),
                      "failed": 0}}
     assert bench.client.get("/v1/tables/large").json()["digest"] == direct.digest

@@ -181,6 +181,3 @@ for (const form of document.querySelectorAll("form.act[data-body]")) {
     connect(form, () => submit(form));
   }
 }
-for (const details of document.querySelectorAll("details[id]")) {
-  details.open ||= location.hash === `#${details.id}`;
-}

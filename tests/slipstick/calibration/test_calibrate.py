@@ -47,8 +47,8 @@ def mean(calibration: Calibration) -> np.ndarray:
     return multiples(calibration, np.array([values[name] for name in calibration.free]))
 
 
-@pytest.mark.parametrize(("bench", "every"), [
-    pytest.param(HEAVY, 5, marks=pytest.mark.slow), (COMPACT, 3)], ids=["heavy", "compact"])
+@pytest.mark.slow
+@pytest.mark.parametrize(("bench", "every"), [(HEAVY, 5), (COMPACT, 3)], ids=["heavy", "compact"])
 def test_means_and_scatter_are_recovered_from_the_nominal_start(bench: Bench, every: int) -> None:
     found = calibrated(bench, every)
     assert found.converged

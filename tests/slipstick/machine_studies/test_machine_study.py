@@ -68,6 +68,7 @@ def test_the_effect_is_named_measured_and_closes_the_gap_and_the_control_does_no
     assert all(block.chi_square < 1.1 for block in studied.result.blocks)
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 @pytest.mark.parametrize("own", [False, True])
 def test_a_law_of_an_effect_that_the_machine_declares_is_called_by_its_name(folder: Path, own: bool) -> None:
     root = Kind("root", ("growth",), (0,), lambda x, _: [np.sqrt(np.maximum(x - 21, 0))])

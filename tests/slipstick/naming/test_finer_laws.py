@@ -49,6 +49,7 @@ def findings(model: Model, settings: NamingSettings = SETTINGS) -> list[Pair]:
     return [one.pair for one in forward({"load": fit(block)}, settings)[1]]
 
 
+@pytest.mark.slow
 def test_what_few_knots_leave_of_a_law_is_not_another_one(monkeypatch: pytest.MonkeyPatch) -> None:
     model = Model(HEAVY.physics).with_law(WAVE)
     assert findings(model) == [OVER_SPEED]
