@@ -51,6 +51,7 @@ class CalibratedParameter(BaseModel):
     scatter: float = Field(description="Standard deviation from run to run; 0 if the recordings do not ask for one.")
     scatter_error: float = Field(description="Standard error of the scatter; where that is 0, the scatter that the "
                                              "recordings do not exclude.")
+    bounds: tuple[float, float] = Field(description="Least and largest value that the bench file allows.")
 
 
 class BenchCalibration(BaseModel):

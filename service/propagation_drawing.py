@@ -53,6 +53,6 @@ def csv_of_propagation(result: Propagation) -> Response:
 def draw_propagation(drawings: Drawings, result: Propagation, form: Form) -> Response:
     """The result as a picture or a page."""
     given = {"kind": "propagation", "answer": {**result.answer, "output": result.output}, "request": result.request,
-             "conditions": result.condition_columns, "name": PROPAGATION, "form": form}
+             "conditions": result.condition_columns, "home": "../", "name": PROPAGATION, "form": form}
     drawing = drawings.made("page" if form == "html" else "picture", lambda: given)
     return Response(drawing, media_type=_MEDIA_TYPES[form], headers={"Vary": "Accept"})

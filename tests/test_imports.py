@@ -102,7 +102,7 @@ MAY_IMPORT = {
     "slipstick.studies": "numpy scipy slipstick.errors slipstick.numerics slipstick.bench slipstick.clutch "
                        "slipstick.confirmation slipstick.law_files slipstick.naming slipstick.plausibility.mismatch "
                        "slipstick.recordings slipstick.time_budget",
-    "slipstick.pictures": "numpy scipy vl_convert slipstick.errors slipstick.uncertainty",
+    "slipstick.pictures": "numpy scipy vl_convert slipstick.errors slipstick.numerics slipstick.uncertainty",
     "slipstick.pictures.machine": "slipstick.machine slipstick.pictures",
     "slipstick.pictures.machine_study": "slipstick.machine_studies slipstick.pictures",
     "slipstick.pictures.study": "scipy slipstick.clutch.effects slipstick.pictures slipstick.recordings.signals "
@@ -112,8 +112,7 @@ MAY_IMPORT = {
                                     "slipstick.pictures slipstick.recordings.signals slipstick.report",
     "slipstick.report.imported": "slipstick.__version__ slipstick.acquisition slipstick.bench slipstick.machine "
                                  "slipstick.pictures slipstick.recordings.signals slipstick.report",
-    "slipstick.report.machine_study": "slipstick.machine_studies slipstick.pictures slipstick.report "
-                                      "slipstick.studies.record",
+    "slipstick.report.machine_study": "slipstick.machine_studies slipstick.pictures slipstick.report slipstick.studies",
     "slipstick.report.made": "slipstick.errors slipstick.pictures slipstick.report",
     "slipstick.report.study": "numpy scipy slipstick.bench.parameters slipstick.clutch.effects slipstick.law_files "
                               "slipstick.pictures slipstick.recordings slipstick.report slipstick.studies",

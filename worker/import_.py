@@ -26,6 +26,7 @@ from slipstick.bench import Bench
 from slipstick.errors import BadRecording, InvalidValue
 from slipstick.interface.progress import ProgressLine
 from slipstick.machine import Machine, open_machine, write_runs
+from slipstick.numerics.quantities import raised
 from slipstick.report.imported import imported_page, imported_runs_page, summary
 from slipstick.storage.files import replacing
 
@@ -124,7 +125,8 @@ def report(imported: ImportedFiles) -> str:
     lines = [f"{len(imported.labels)} {imported.experiment}s imported, {len(imported.set_aside)} set aside. "
              f"{summary(imported)}"]
     lines += [f"  {channel.name} <- {'-' if channel.sign < 0 else ''}{channel.channel} "
-              f"[{channel.stated or 'unit not stated'}], {channel.lowest:.4g} to {channel.highest:.4g} {channel.unit}"
+              f"[{channel.stated or 'unit not stated'}], {channel.lowest:.4g} to {channel.highest:.4g} "
+              f"{raised(channel.unit)}"
               for channel in imported.channels]
     set_aside = [f"{exclusion.label}: {exclusion.reason}" for exclusion in imported.set_aside]
     for title, entries in (("Set aside", set_aside),

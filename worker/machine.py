@@ -7,6 +7,7 @@ import numpy as np
 
 from slipstick.errors import InvalidValue
 from slipstick.machine import Machine
+from slipstick.numerics.quantities import raised
 from slipstick.pictures.machine import draw_machine
 from slipstick.plausibility.machine import MachineInspection, inspect_machine
 from slipstick.storage.shipped import file_of
@@ -64,10 +65,10 @@ def report(inspection: MachineInspection) -> str:
     lines += [f"  {block.name}: {', '.join(block.reads) or 'nothing'} -> {', '.join(block.signals)}"
               for block in machine.blocks]
     lines.append(f"{len(runs)} experiments of {machine.duration:g} s with {len(runs.time)} samples")
-    lines += [f"  {name}: {signal.min():.4g} to {signal.max():.4g} {runs.units.get(name, '')}".rstrip()
+    lines += [f"  {name}: {signal.min():.4g} to {signal.max():.4g} {raised(runs.units.get(name, ''))}".rstrip()
               for name, signal in runs.signals.items()]
     for output in machine.outputs:
         known = inspection.outputs[output.name][np.isfinite(inspection.outputs[output.name])]
-        lines.append(f"  {output.name}: " + (f"{known.min():.4g} to {known.max():.4g} {output.unit}" if len(known)
-                                             else "in no experiment"))
+        span = f"{known.min():.4g} to {known.max():.4g} {raised(output.unit)}" if len(known) else "in no experiment"
+        lines.append(f"  {output.name}: {span}")
     return "\n".join([*lines, *list_findings(inspection.findings)])

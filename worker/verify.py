@@ -11,6 +11,7 @@ from slipstick.black_box import BlackBox, BlackBoxDescription, Workers
 from slipstick.black_box.simulation import OUTCOMES
 from slipstick.clutch.ensemble import STATUS, TIGHT, Simulator
 from slipstick.errors import InvalidValue
+from slipstick.numerics.quantities import raised
 from slipstick.recordings import Recordings
 from slipstick.table import Grid, Surrogate, Table
 from slipstick.uncertainty import Inputs, log10_mean_density, mass_outside, standard_normals
@@ -61,7 +62,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def describe(table: Table) -> str:
     """Axes, conditions, model, origin, kind and digest of the table, one per line."""
-    lines = [f"{axis.name}: {axis.lower:g} to {axis.upper:g} of {axis.nominal:g} {axis.unit}" for axis in table.axes]
+    lines = [f"{axis.name}: {axis.lower:g} to {axis.upper:g} of {axis.nominal:g} {raised(axis.unit)}"
+             for axis in table.axes]
     kind: str = table.kind
     if isinstance(table, Grid):
         shape = " x ".join(str(len(axis.values)) for axis in table.axes)
@@ -77,7 +79,7 @@ def describe(table: Table) -> str:
 
 def _model(table: Table) -> str:
     if isinstance(table.model, BlackBoxDescription):
-        return f"{table.output.name} in {table.output.unit} of: {table.model.title}"
+        return f"{table.output.name} in {raised(table.output.unit)} of: {table.model.title}"
     effects = ", ".join(table.model.effects) or "none"
     return f"effects: {effects}" + "".join(f"\nmeasured law: {law.quantity} over {law.depends_on}"
                                            for law in table.model.laws)
@@ -101,8 +103,9 @@ def machine_error(table: Table, machine: BlackBoxDescription, path: Path | None,
     defined = difference[np.isfinite(difference)]
     if not len(defined):
         return f"error: undefined, no run at {count} points has an output both in the table and in direct simulation"
-    return (f"error: {np.sqrt(np.mean(defined**2)):.4g} {table.output.unit} RMS, {np.abs(defined).max():.4g} "
-            f"{table.output.unit} maximum against direct simulation, over {len(defined):,} runs at {count:,} random "
+    unit = raised(table.output.unit)
+    return (f"error: {np.sqrt(np.mean(defined**2)):.4g} {unit} RMS, {np.abs(defined).max():.4g} "
+            f"{unit} maximum against direct simulation, over {len(defined):,} runs at {count:,} random "
             f"points (seed {seed}); {difference.size - len(defined):,} runs have no output in one of them or both")
 
 

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from slipstick.black_box import Measurements
 from slipstick.errors import SlipstickError
 from slipstick.machine import Runs
+from slipstick.numerics.quantities import raised
 from slipstick.pictures import units
 from slipstick.pictures.theme import in_words
 from slipstick.report.words import listed
@@ -61,7 +62,7 @@ def about_recordings(library: Library, name: str) -> str:
         return f"{plural(len(recordings), 'run')} of the machine “{recordings.machine}”{description}"
     if isinstance(recordings, Measurements):
         output = recordings.output
-        return f"{plural(len(recordings), 'measurement')} of {in_words(output.name)} in {output.unit}"
+        return f"{plural(len(recordings), 'measurement')} of {in_words(output.name)} in {raised(output.unit)}"
     signals = "without signals" if recordings.signals is None else "with signals"
     description = f". {recordings.description}" if recordings.description else ""
     return f"{plural(len(recordings), 'engagement')} {signals}{description}"

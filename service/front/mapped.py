@@ -109,7 +109,7 @@ def _draw(shown_table: Table, condition: int, places: Sequence[int]) -> list[Pan
     across, up = sides
     spec = draw_map(output.name, output.unit, across[:3], up[:3], values.reshape(count, count), (across[3], up[3]))
     known = values[np.isfinite(values)]
-    span = f"from {known.min():.4g} to {known.max():.4g} {output.unit}" if len(known) else "undefined"
+    span = f"from {known.min():.4g} to {known.max():.4g} {units.raised(output.unit)}" if len(known) else "undefined"
     missing = "; where it is blank, the output is undefined" * (len(known) < len(values))
     drawn = Panel(spec, f"A map of the {in_words(output.name)}, {span}, in bands of colour over {in_words(across[0])} "
                         f"and {in_words(up[0])}. A cross marks the nominal point{missing}.",

@@ -9,6 +9,7 @@ from slipstick.acquisition.excerpt import read_marks
 from slipstick.acquisition.mapping import Cut, FileMap, Marker, Parts, Reversals, Standstills
 from slipstick.acquisition.tracks import track
 from slipstick.errors import BadRecording
+from slipstick.numerics.quantities import raised
 
 
 def cut_runs(cut: Cut, source: Source, mapping: FileMap, begin: float, end: float) -> np.ndarray:
@@ -38,7 +39,7 @@ def cut_runs(cut: Cut, source: Source, mapping: FileMap, begin: float, end: floa
             spans = spans[signs[:-1] == cut.direction] if cut.direction else spans
         low, high = (channel.values.min(), channel.values.max()) if len(channel.values) else (np.nan, np.nan)
         reason = (f"the channel '{cut.source.channel}' has {len(marks)} {what} by the level {cut.level:g}, and lies "
-                  f"between {low:g} and {high:g} {channel.unit}".rstrip())
+                  f"between {low:g} and {high:g} {raised(channel.unit)}".rstrip())
     # The middle of a standstill may lie between two samples, and the first one of another channel after it.
     spans = spans[(spans[:, 0] >= begin) & (spans[:, 1] <= end) & (spans[:, 1] > spans[:, 0])]
     if not len(spans):

@@ -15,6 +15,7 @@ from slipstick.acquisition.result import MappedChannel
 from slipstick.acquisition.tracks import Track, track
 from slipstick.acquisition.units import spelled
 from slipstick.errors import BadRecording
+from slipstick.numerics.quantities import raised
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -47,7 +48,7 @@ def read_marks(source: Source, mapping: FileMap, marker: Marker, what: str) -> n
     if not len(marks):
         raise BadRecording(
             f"The channel '{marker.source.channel}' of {source.name} never marks a {what}: it lies between "
-            f"{np.nanmin(channel.values):g} and {np.nanmax(channel.values):g} {channel.unit}".rstrip(),
+            f"{np.nanmin(channel.values):g} and {np.nanmax(channel.values):g} {raised(channel.unit)}".rstrip(),
             "Correct `above` or `below` in the mapping; they are in the unit of the file")
     return marks
 

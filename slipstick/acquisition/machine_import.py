@@ -25,6 +25,7 @@ from slipstick.acquisition.result import ImportedRuns, SetAside
 from slipstick.acquisition.tracks import Track, track
 from slipstick.errors import BadRecording
 from slipstick.machine import Command, Condition, Machine, Profile, Runs, require_runs, units_of
+from slipstick.numerics.quantities import raised
 from slipstick.recordings.signals import LARGEST
 
 _JUMP = 1e-3
@@ -182,12 +183,13 @@ def _of_excerpts(candidates: Sequence[RunExcerpt], aside: list[SetAside], mappin
                    for each in machine.conditions),
                  *tell_channels(channels, mapped, {**mapping.signals, **mapping.further}, step)),
         doubts=(*(f"{channel.name} ('{channel.channel}') has the same value in all runs, {channel.lowest:g} "
-                  f"{channel.unit}. Check its channel" for channel in channels if channel.lowest == channel.highest),
+                  f"{raised(channel.unit)}. Check its channel"
+                  for channel in channels if channel.lowest == channel.highest),
                 *_doubt_sizes(runs, machine)))
 
 
 def _span(values: np.ndarray, unit: str) -> str:
-    return f"{np.min(values):.4g} to {np.max(values):.4g} {unit}".rstrip()
+    return f"{np.min(values):.4g} to {np.max(values):.4g} {raised(unit)}".rstrip()
 
 
 def _doubt_sizes(runs: Runs, machine: Machine) -> Iterator[str]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from slipstick.black_box.description import Quantity, require_name
 from slipstick.errors import InvalidValue
+from slipstick.numerics.quantities import describe_quantity
 from slipstick.storage.hdf5 import Source, text
 
 
@@ -49,7 +50,7 @@ class Cases:
 
     def described(self, row: int) -> str:
         """A condition in words."""
-        return ", ".join(f"{quantity.name} {value:.5g}" + f" {quantity.unit}" * (quantity.unit != "1")
+        return ", ".join(describe_quantity(quantity.name, value, quantity.unit)
                          for quantity, value in zip(self.quantities, self.values[row], strict=True))
 
     def take(self, indices: Sequence[int] | np.ndarray) -> "Cases":

@@ -12,6 +12,7 @@ from slipstick.black_box import BlackBox, BlackBoxDescription, Cases, Simulation
 from slipstick.black_box.declared import Declared
 from slipstick.black_box.simulation import FAILED, NONE
 from slipstick.building.plan import Simulate, grid_points, slices
+from slipstick.numerics.quantities import describe_quantity
 from slipstick.table import Axis
 
 CHUNK = 20
@@ -94,7 +95,7 @@ class BlackBoxRuns:
                          f"{failed:,} failed")
         if failed:
             row, condition = (int(index) for index in np.argwhere(status == FAILED)[0])
-            inputs = ", ".join(f"{axis.name} {axis.nominal * multiple:.6g} {axis.unit}"
+            inputs = ", ".join(describe_quantity(axis.name, axis.nominal * multiple, axis.unit, 6)
                                for axis, multiple in zip(self.axes, self.design[row], strict=True))
             lines.append(f"The first that failed: {inputs}, {self.conditions.described(condition)}: "
                          f"{self.simulation.reason(self.design[row], self.conditions, condition)}")

@@ -100,7 +100,7 @@ def _conclude(observations: Observations, model: Model, fitted: MixedFit, lock_u
         signals=observations.signals.names,
         undetermined=tuple(name for name, is_so in zip(free, effects.undetermined, strict=True) if is_so),
         evaluations=fitted.iterations, converged=fitted.converged, bench=bench.name, bench_digest=bench.digest,
-        sensing_digest=bench.sensing_digest)
+        sensing_digest=bench.sensing_digest, bounds=np.column_stack([lower, upper]) * nominal[:, None])
 
 
 def _estimate_noise(observations: Observations, fitted: MixedFit,

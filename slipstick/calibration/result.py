@@ -27,10 +27,10 @@ class Calibration:
     `rms_after` are RMS residuals of the shifting time in s, at the start and at the fitted common values. `at_bound`
     names the parameters at a bound: their values are those of the bound, not estimates. `signals` names the signals
     that were compared. `undetermined` names the parameters of which more than half of the variance stems from the
-    bounds of the bench file: the recordings determine some of their combinations at most, and their values are those
-    near the start that fit. `bench` is the name of the
-    bench, `bench_digest` and `sensing_digest` are its digests. `evaluations` counts
-    the iterations of the mixed-effects fit; it is `partial` if the time budget ended before they converged.
+    bounds of the bench file, `bounds` (d, 2): the recordings determine some of their combinations at most, and their
+    values are those near the start that fit. `bench` is the name of the bench, `bench_digest` and `sensing_digest` are
+    its digests. `evaluations` counts the iterations of the mixed-effects fit; it is `partial` if the time budget ended
+    before they converged.
     """
 
     model: Model
@@ -54,6 +54,7 @@ class Calibration:
     bench: str
     bench_digest: str
     sensing_digest: str
+    bounds: np.ndarray
     partial: Partial | None = None
 
     def spec(self) -> dict[str, Any]:
@@ -63,7 +64,8 @@ class Calibration:
         fitted = {
             name: {"value": values[name], "unit": units[name], "standard_error": float(self.standard_error[place]),
                    "interval": self.interval[place].tolist(), "scatter": float(self.scatter[place]),
-                   "scatter_error": float(self.scatter_error[place])}
+                   "scatter_error": float(self.scatter_error[place]),
+                   "bounds": self.bounds[place].tolist()}
             for place, name in enumerate(self.free)
         }
         return {"model": self.model.spec(), "bench": self.bench, "bench_digest": self.bench_digest,
@@ -87,7 +89,7 @@ class Calibration:
         try:
             fitted = spec["parameters"].values()
             columns = {name: np.array([entry[name] for entry in fitted])
-                       for name in ("standard_error", "interval", "scatter", "scatter_error")}
+                       for name in ("standard_error", "interval", "scatter", "scatter_error", "bounds")}
             partial = spec["partial"]
             return cls(
                 model=Model.from_spec(spec["model"]), free=tuple(spec["parameters"]), **columns, level=spec["level"],

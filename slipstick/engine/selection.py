@@ -33,11 +33,24 @@ _NEAR = 0.5
 """Share of the nats of a finding from which a candidate is fitted in full: few coefficients gain less than many."""
 
 
+@dataclass(frozen=True)
+class Lead:
+    """The lead of a finding over another `pair` that gains `nats`, in standard `errors` over the runs.
+
+    The gain of a pair that stays far behind is that at which its fit ended.
+    """
+
+    pair: Pair
+    nats: float
+    errors: float
+
+
 @dataclass(frozen=True, eq=False)
 class Finding:
     """A law that the recordings ask for: `nats` in log marginal likelihood, `errors` of agreement of the runs.
 
-    `rivals` are pairs that it does not lead. `gains` (n,) are held out in each run.
+    `rivals` are pairs that it does not lead, and `leads` are those over all that were fitted in full beside it, the
+    largest gain first. `gains` (n,) are held out in each run.
     """
 
     pair: Pair
@@ -45,6 +58,7 @@ class Finding:
     errors: float
     rivals: tuple[Pair, ...]
     gains: np.ndarray
+    leads: tuple[Lead, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,8 +146,9 @@ class _Search:
             self.closed |= set(groups)
             return True
         best = self._choose(passing)
-        rivals = tuple(trial.finding.pair for trial in trials if trial is not best and self._is_tied(best, trial))
-        self.findings.append(replace(best.finding, rivals=rivals))
+        leads = tuple(_lead(best, trial) for trial in trials if trial is not best)
+        self.findings.append(replace(best.finding, leads=leads, rivals=tuple(
+            each.pair for each in leads if each.nats > self.settings.nats and each.errors < self.settings.apart)))
         self.fits = {group: fit for group, fit in self.fits.items() if group not in best.groups}
         self._accept(best.fit)
         return True
@@ -242,9 +257,9 @@ class _Search:
         least = max([self.settings.nats, *(self.settings.further * nats for nats in before)]) + trial.base.promised
         return trial.finding.nats > least and trial.finding.errors > self.settings.errors
 
-    def _is_tied(self, best: _Trial, other: _Trial) -> bool:
-        lead = agree(best.finding.gains - other.finding.gains, best.expected)
-        return other.finding.nats > self.settings.nats and lead < self.settings.apart
+
+def _lead(best: _Trial, other: _Trial) -> Lead:
+    return Lead(other.finding.pair, other.finding.nats, agree(best.finding.gains - other.finding.gains, best.expected))
 
 
 def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:

@@ -72,10 +72,10 @@ class Confirmation:
 
 @dataclass(frozen=True)
 class ParameterEstimate:
-    """The mean over the runs of a parameter, its standard error, and its scatter between runs, in its unit.
+    """The mean over the runs of a parameter, its standard error, its scatter between runs, and its `nominal` value.
 
-    It is `known` where the recordings have told more than what was known before, and `beyond` where the mean is outside
-    of three standard deviations of that, or the scatter above the declared one.
+    All are in its unit. It is `known` where the recordings have told more than what was known before, and `beyond`
+    where the mean is outside of three standard deviations of that, or the scatter above the declared one.
     """
 
     name: str
@@ -84,6 +84,7 @@ class ParameterEstimate:
     scatter: float
     known: bool
     beyond: bool
+    nominal: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +169,7 @@ def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:
         estimated = float(nominal * np.exp(mean) if term.is_factor else nominal + term.size * mean)
         size = abs(estimated) if term.is_factor else term.size
         estimates.append(ParameterEstimate(term.name, estimated, float(size * error), float(size * scatter[place]),
-                                           bool(error < 0.7 * term.std), bool(is_beyond)))
+                                           bool(error < 0.7 * term.std), bool(is_beyond), float(nominal)))
     return tuple(estimates)
 
 

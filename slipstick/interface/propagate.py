@@ -169,7 +169,7 @@ class Propagation(TableAnswer):
     def pictures(self) -> dict[str, tuple[Spec, str]]:
         """Density, quantiles and Sobol indices of the conditions, of many the first ones."""
         spec = picture.draw(self._drawn, self.request["quantiles"], self.condition_columns)
-        return {"propagation": (spec, picture.caption(self._drawn))}
+        return {"propagation": (spec, spec["description"])}
 
     def report(self, path: Path | str) -> Path:
         """Write the report as one HTML page, which needs no network and no scripts, and return its path.

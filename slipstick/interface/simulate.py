@@ -15,6 +15,7 @@ from slipstick.engine.simulation import simulate_runs
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.interface.models import BenchLike, ModelLike, bench_of, conditions_of, model_of
 from slipstick.machine import Machine, Runs, list_experiments
+from slipstick.numerics.quantities import raised
 from slipstick.recordings import Recordings
 from slipstick.recordings.simulated import simulated_recordings
 
@@ -109,8 +110,9 @@ def _coefficients(effect: Effect, amount: float | Mapping[str, float]) -> dict[s
                            "Give a multiple of its typical amplitudes, or a mapping of its coefficients to values")
     for entry in effect.coefficients:
         if entry.name in values and not entry.lower <= values[entry.name] <= entry.upper:
-            raise InvalidValue(f"{how} {entry.name} of {effect.name} is {values[entry.name]:g} {entry.unit}",
-                               f"Take it within {entry.lower:g} and {entry.upper:g} {entry.unit}")
+            raise InvalidValue(f"{how} {entry.name} of {effect.name} is {values[entry.name]:g} "
+                               f"{raised(entry.unit)}",
+                               f"Take it within {entry.lower:g} and {entry.upper:g} {raised(entry.unit)}")
     return values
 
 

@@ -11,7 +11,7 @@ _DOCUMENTED = {"use_attribute_docstrings": True}
 
 @dataclass(frozen=True)
 class Rival:
-    """A pair of quantity and dependence that the recordings do not tell apart from a finding."""
+    """Another pair of quantity and dependence that was fitted in place of a finding."""
 
     __pydantic_config__: ClassVar[dict[str, Any]] = _DOCUMENTED
 
@@ -21,6 +21,10 @@ class Rival:
     """Quantity of the machine that would change."""
     depends_on: str
     """What the change would depend on."""
+    nats: float | None = None
+    """Its gain in log marginal likelihood, as far as it was fitted; null in results of earlier versions."""
+    behind: float | None = None
+    """Standard errors over the runs by which the finding leads it; null in results of earlier versions."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,8 @@ class MachineFinding:
     """Whether the simulation of the whole machine describes the recordings better with the findings; null for an error
     of a sensor, which changes nothing of the machine, for a law over a measured signal that the simulation does not
     have, and in a partial result."""
+    next_best: Rival | None = None
+    """The pair that gains most of those that it leads; null without one."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +107,12 @@ class MachineParameter:
     """Whether the recordings tell more about it than was known."""
     beyond: bool
     """Whether it is outside of what is declared."""
+    declared: float | None = None
+    """The value that the machine declares; null where it is the first value of a signal."""
+    before: float | None = None
+    """The mean without the findings; null where there are none, and in a calibration."""
+    beyond_before: bool = False
+    """Whether that mean is outside of what is declared."""
 
 
 @dataclass(frozen=True)
@@ -163,6 +175,8 @@ class MachineStudyResult:
     """SHA-256 of settings, kinds and machine, with the code of its functions."""
     partial: Partial | None = None
     """What is complete and what is missing, if the time budget ended before the study; null if it is complete."""
+    seen: dict[str, list[float]] = field(default_factory=dict)
+    """Least and largest value of each command and condition of the runs that were used."""
 
     def to_dict(self) -> dict[str, Any]:
         """The result as JSON."""

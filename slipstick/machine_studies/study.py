@@ -102,11 +102,13 @@ def _conclude(studied: MachineStudy, runs: Runs) -> Studied:
         kind = "tie" if findings[0].rivals else "effect" if findings[0].kind else "unlisted"
     else:
         kind = "unlisted" if unexplained else "none"
+    without = {each.name: each for each in estimate_parameters(bare)} if findings else {}
     result = MachineStudyResult(
         machine.name, kind, answer(findings, unexplained), findings, blocks,
-        [_state_parameter(each, machine) for each in studied.parameters],
+        [_state_parameter(each, machine, without.get(each.name)) for each in studied.parameters],
         None if confirmation is None else _state_gap(confirmation), list(named.set_aside), len(fitted.recorded.rows),
-        noise, {**runs.units, **units_of(machine)}, runs.digest, studied.digest)
+        noise, {**runs.units, **units_of(machine)}, runs.digest, studied.digest,
+        seen=_list_seen(runs.take(fitted.recorded.rows)))
     models = {"before": bare} | ({"after": fitted} if findings else {})
     if confirmation is not None:
         models = {"before": confirmation.bare, "after": confirmation.fit}
@@ -122,14 +124,16 @@ def _state_finding(finding: Finding, studied: MachineStudy) -> MachineFinding:
     blocks = sorted({name for fit in studied.identification.fits if pair in fit.laws
                      for name in fit.laws[pair].variables})
     effect = None if kind is None else studied.machine.effect_of(pair, kind.name)
+    others = {lead.pair: Rival(name_finding(lead.pair), *lead.pair, lead.nats, lead.errors) for lead in finding.leads}
     return MachineFinding(
         name_finding(pair, None if kind is None else kind.name, None if effect is None else effect.name), *pair,
         None if effect is None else effect.name, None if kind is None else kind.name,
         None if kind is None or law is None else write_equation(law, kind),
         [] if kind is None else _state_coefficients(kind), blocks, finding.nats, finding.errors,
-        [Rival(name_finding(rival), *rival) for rival in finding.rivals],
+        [others[rival] for rival in finding.rivals],
         None if law is None or not has_points(law) else _state_law(law, kind),
-        confirmation is not None and confirmation.nats > 0 if is_simulated else None)
+        confirmation is not None and confirmation.nats > 0 if is_simulated else None,
+        next((other for rival, other in others.items() if rival not in finding.rivals), None))
 
 
 def _state_coefficients(kind: KindOfLaw) -> list[Coefficient]:
@@ -148,11 +152,22 @@ def law_table(finding: MachineFinding) -> LawTable:
     return tabulate_finding(finding, "95 % interval at each point", finding.equation)
 
 
-def _state_parameter(estimate: ParameterEstimate, machine: Machine) -> MachineParameter:
-    unit = next(each.unit for each in machine.parameters if each.name == estimate.name)
+def _state_parameter(estimate: ParameterEstimate, machine: Machine,
+                     before: ParameterEstimate | None = None) -> MachineParameter:
+    parameter = next(each for each in machine.parameters if each.name == estimate.name)
     half = DEVIATIONS * estimate.error
-    return MachineParameter(estimate.name, unit, estimate.mean, estimate.mean - half, estimate.mean + half,
-                            estimate.scatter, estimate.known, estimate.beyond)
+    return MachineParameter(estimate.name, parameter.unit, estimate.mean, estimate.mean - half, estimate.mean + half,
+                            estimate.scatter, estimate.known, estimate.beyond,
+                            estimate.nominal if parameter.first_of is None else None,
+                            None if before is None else before.mean, before is not None and before.beyond)
+
+
+def _list_seen(runs: Runs) -> dict[str, list[float]]:
+    """Return the least and the largest value of each command and condition."""
+    values = {name: np.append(profile.at(runs.time), profile.value[  # corners are between the samples
+        (profile.time >= runs.time[0]) & (profile.time <= runs.time[-1])]) for name, profile in runs.commands.items()}
+    values |= dict(runs.conditions)
+    return {name: _round([np.min(value), np.max(value)]) for name, value in values.items()}
 
 
 def _state_gap(confirmation: Confirmation) -> MachineGap:

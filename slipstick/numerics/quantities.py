@@ -9,6 +9,22 @@ import numpy as np
 _POWER = re.compile(r"(\^|\*\*)\s*[-+]?\d(\.\d+)?(?![\d.])")
 _ARITHMETIC = re.compile(r"~[\s)]*~|\^|\*\*|(?<![\w.])(?!1(?!\w|\.))[\d.]")
 """Powers (~) of powers, and numbers other than the 1 of 1/s: pint would evaluate them, and 9^9^9 does not end."""
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_CELSIUS = re.compile(r"\bdegC\b")
+_BRACKETS = re.compile(r"(?<=/)\(([^\W\d]+|°C)\)")
+"""Brackets below a fraction about a single unit."""
+_WHOLE_EXPONENT = re.compile(r"\^(-?\d+)(?![.\d])")
+
+
+def raised(unit: str) -> str:
+    """The unit, or a text with units, as people read it: N m s², °C and 1/bar for N m s^2, degC and 1/(bar)."""
+    plain = _BRACKETS.sub(lambda match: match[1], _CELSIUS.sub("°C", unit))
+    return _WHOLE_EXPONENT.sub(lambda match: match[1].translate(_RAISED), plain)
+
+
+def describe_quantity(name: str, value: float, unit: str, digits: int = 5) -> str:
+    """Return a named number with its unit as people read it, such as `load inertia 6 kg m²`; "1" is no unit."""
+    return f"{name} {value:.{digits}g}" + f" {raised(unit)}" * (unit not in ("", "1"))
 
 
 class NotAQuantity(ValueError):

@@ -46,8 +46,8 @@ def _draw_overlay(result: MachineStudyResult, figures: MachineFigures) -> Spec |
     before, *after = (units.with_unit(units.number(error(shown, who, signal), 2), unit) for who in shown.models)
     title = f"Run {shown.run}: the {signal} is off by {before}" + "".join(
         f", and by {value} with what was found" for value in after)
-    colours = _name_models(shown)
-    return draw_overlay(title, "Root mean square.", Overlay(
+    colours, noise = _name_models(shown), units.with_unit(units.number(result.noise[signal], 2), unit)
+    return draw_overlay(title, f"Root mean square. The noise of a sample is {noise}.", Overlay(
         shown.time, shown.measured[signal],
         {label: (curve[signal], hue)
          for (label, hue), curve in zip(colours.items(), shown.models.values(), strict=True)},

@@ -39,7 +39,7 @@ def draw_overlay(title: str, subtitle: str, shown: Overlay) -> Spec:
     y: Spec = {"field": "y", "type": "quantitative", "title": shown.axis, "scale": {"zero": False}}
     left: Spec = {**y, "title": "measured − simulated", "axis": {"tickCount": 4}}
     colours = {_MEASURED: theme.MEASURED, **{label: hue for label, (_, hue) in shown.models.items()}}
-    colour = {**theme.series_colour(colours), "legend": {"symbolType": "stroke"}}
+    colour = {**theme.series_colour(colours), "legend": {"symbolType": "stroke", "symbolOpacity": 1}}
     curves = {_MEASURED: shown.measured, **{label: values for label, (values, _) in shown.models.items()}}
     marks = {label: {"strokeWidth": 6, "opacity": 0.35} if label == _MEASURED else {"strokeWidth": 1.7}
              for label in curves}

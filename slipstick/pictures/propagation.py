@@ -8,12 +8,6 @@ from slipstick.pictures.conditions import Columns, described
 from slipstick.pictures.output import Output
 from slipstick.pictures.theme import Spec
 
-CAPTION = ("One row for each condition. Left: predicted density, with the output noise; vertical lines: "
-           "quantiles; dot: mean; bar: one standard deviation to either side. Right: share of the variance that each "
-           "input causes alone (first-order Sobol index, solid) and together with all others (total, light), without "
-           "the output noise. Totals well above the solid bars are interactions, and then the shares do not add to "
-           "one.")
-
 MOST = 24
 """Largest number of conditions in a picture."""
 _WIDTH, _SOBOL, _HEIGHT = 420, 150, 84
@@ -22,10 +16,20 @@ _DOMINANT = 0.5
 """First-order index from which on an input causes most of a variance."""
 
 
-def caption(answer: Mapping[str, Any]) -> str:
-    """The caption of the picture of an answer, which says if it shows only the first conditions."""
-    count = sum(row["mean"] is not None for row in answer["conditions"])
-    return CAPTION if count <= MOST else f"{CAPTION} The first {MOST} of {count} conditions are shown."
+def caption(answer: Mapping[str, Any], probabilities: Sequence[float]) -> str:
+    """Return what is drawn of an answer: its density, quantiles and shares where it has them."""
+    rows = [row for row in answer["conditions"] if row["mean"] is not None]
+    has_shares, has_density = any(row["total"] for row in rows), any(row["density"] for row in rows)
+    marks = [*(["curve: predicted density, with the output noise"] if has_density else []),
+             *(["dashed lines: quantiles"] if probabilities else []), "dot: mean",
+             "bar: one standard deviation to either side"]
+    left = "; ".join(marks)
+    return " ".join([
+        "One row for each condition.", f"Left, {left}." if has_shares else f"{left[0].upper()}{left[1:]}.",
+        *(["Right: share of the variance that each input causes alone (first-order Sobol index, solid) and together "
+           "with all others (total, light), without the output noise. Where the light bar is well above the solid one, "
+           "inputs act together, and the shares do not add to one."] if has_shares else []),
+        *([f"The first {MOST} of {len(rows)} conditions are shown."] if len(rows) > MOST else [])])
 
 
 def summarize(answer: Mapping[str, Any]) -> str:
@@ -55,7 +59,7 @@ def draw(answer: Mapping[str, Any], probabilities: Sequence[float], conditions: 
         (f"Lines: quantiles at {levels}. " if levels else "")
         + ("" if any(row["total"] for _, row in rows) else "Without Sobol indices, because the inputs are dependent. ")
         + (f"Not drawn: {omitted} without an expansion: there are nodes that {shown.missing}." if omitted else ""),
-        {"spacing": 18, "vconcat": views})
+        {"spacing": 18, "vconcat": views}, caption(answer, probabilities))
 
 
 def _title(rows: Sequence[Mapping[str, Any]], axes: Sequence[str], shown: Output) -> str:
@@ -66,7 +70,7 @@ def _title(rows: Sequence[Mapping[str, Any]], axes: Sequence[str], shown: Output
         mean, std = (f"{units.fixed(shown.factor * row[name], digits)} {shown.small}"
                      for name, digits in (("mean", 4), ("std", 3)))
         does = "locks at" if shown.name == "shifting_time" else f"has a {shown.words} of"
-        return f"Condition {row['condition']} {does} {mean}, with a std of {std}"
+        return f"Condition {row['condition']} {does} {mean}, with a standard deviation of {std}"
     stds = [shown.factor * row["std"] for row in rows]
     least, most = units.fixed(min(stds)), units.fixed(max(stds))
     text = f"Standard deviations of {least} to {most} {shown.small} in {len(rows)} conditions"
@@ -75,7 +79,8 @@ def _title(rows: Sequence[Mapping[str, Any]], axes: Sequence[str], shown: Output
     best = max(range(len(axes)), key=lambda axis: counts[axis])
     if not counts[best]:
         return text
-    return f"{text}; the {theme.in_words(axes[best])} causes most of the variance in {counts[best]} of them"
+    where = "all" if counts[best] == len(rows) else f"{counts[best]}"
+    return f"{text}; the {theme.in_words(axes[best])} causes most of the variance in {where} of them"
 
 
 def _row(row: Mapping[str, Any], probabilities: Sequence[float], axes: Sequence[str], title: str, shown: Output,

@@ -1,6 +1,8 @@
 """Numbers with units as people read them: 0.07 mm rather than 7e-05 m."""
 
-import re
+from slipstick.numerics.quantities import raised
+
+__all__ = ["fixed", "number", "raised", "scale", "signed", "with_unit"]
 
 _SCALES = {"m": (("m", 1.0), ("mm", 1e3)), "m/s": (("m/s", 1.0), ("mm/s", 1e3)), "s": (("s", 1.0), ("ms", 1e3)),
            "A": (("A", 1.0), ("mA", 1e3)), "bar": (("bar", 1.0), ("mbar", 1e3)), "rad": (("rad", 1.0), ("mrad", 1e3)),
@@ -11,8 +13,6 @@ _SCALES = {"m": (("m", 1.0), ("mm", 1e3)), "m/s": (("m/s", 1.0), ("mm/s", 1e3)),
 """Unit -> units in which it may be shown with the factor from it to them, from large to small."""
 _LEAST = 0.1
 """Smallest number that is shown in a unit if a smaller unit exists."""
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-_WHOLE_EXPONENT = re.compile(r"\^(-?\d+)(?![.\d])")
 
 
 def scale(unit: str, largest: float, share: bool = False) -> tuple[str, float]:
@@ -22,11 +22,6 @@ def scale(unit: str, largest: float, share: bool = False) -> tuple[str, float]:
     if unit not in _SCALES:
         return raised(unit), 1.0
     return next((shown for shown in _SCALES[unit] if abs(largest) * shown[1] >= _LEAST), _SCALES[unit][-1])
-
-
-def raised(unit: str) -> str:
-    """The unit, or a text with units, with raised exponents, such as N m s²."""
-    return _WHOLE_EXPONENT.sub(lambda match: match[1].translate(_RAISED), unit)
 
 
 def number(value: float, digits: int = 3) -> str:

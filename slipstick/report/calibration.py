@@ -8,11 +8,12 @@ from slipstick.calibration import Calibration
 from slipstick.machine_studies.result import MachineParameter
 from slipstick.pictures import parameters as parameters_picture
 from slipstick.pictures.theme import Spec, in_words
-from slipstick.pictures.units import raised, with_unit
+from slipstick.pictures.units import fixed, number, scale, with_unit
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.report import markup
 from slipstick.report.machine_study import parameter_table
-from slipstick.report.shell import document, figures, home_of, provenance
+from slipstick.report.shell import document, figures, home_of, provenance, tell_facts, tell_recordings
+from slipstick.report.words import signed
 
 CAPTIONS = {"parameters": parameters_picture.CAPTION}
 """The pictures of a calibration."""
@@ -42,14 +43,21 @@ class _Row(NamedTuple):
 def _rows(calibration: Calibration) -> list[_Row]:
     nominal, rows = _nominal(calibration), []
     for name, entry in calibration.spec()["parameters"].items():
-        note = "at a bound: not a valid estimate" if name in calibration.at_bound else \
-            "not determined" if name in calibration.undetermined else ""
+        note = f"at a bound, no estimate: within {_describe_bounds(calibration, name)}" \
+            if name in calibration.at_bound else "not determined" if name in calibration.undetermined else ""
         scatter, error = (entry[key] / abs(nominal[name]) for key in ("scatter", "scatter_error"))
-        lower, upper = entry["interval"]
-        rows.append(_Row(name, f"{entry['value']:.5g}", f"{lower:.5g}", f"{upper:.5g}",
-                         f"{entry['value'] / nominal[name]:.4f}",
-                         f"{scatter:.2%}" if scatter > error else f"< {scatter + error:.2%}", entry["unit"], note))
+        unit, factor = scale(entry["unit"], entry["value"])
+        value, lower, upper = (fixed(factor * each, 4) for each in (entry["value"], *entry["interval"]))
+        rows.append(_Row(in_words(name), value, lower, upper, f"{entry['value'] / nominal[name]:.4f}",
+                         f"{100 * scatter:.2f} %" if scatter > error else f"< {100 * (scatter + error):.2f} %", unit,
+                         note))
     return rows
+
+
+def _describe_bounds(calibration: Calibration, name: str) -> str:
+    entry = calibration.spec()["parameters"][name]
+    unit, factor = scale(entry["unit"], max(map(abs, entry["bounds"])))
+    return with_unit(" to ".join(number(factor * bound, 4) for bound in entry["bounds"]), unit)
 
 
 def _nominal(calibration: Calibration) -> dict[str, float]:
@@ -70,7 +78,7 @@ def calibration_text(calibration: Calibration) -> str:
     lines.append(_NOISE)
     lines += [f"  {name:20}{calibration.noise[name]:9.3g}  {calibration.noise_correlation.get(name, 0.0):5.2f}"
               f"{value:9.2f}" for name, value in calibration.chi_square.items()]
-    if _leaves_much(calibration):
+    if _leaves_much(calibration.chi_square):
         lines += _MISSING
     if not calibration.converged:
         lines.append(_NOT_CONVERGED)
@@ -85,9 +93,10 @@ def calibration_summary(calibration: Calibration) -> list[str]:
              f"of the shifting time: {1e3 * calibration.rms_before:.1f} ms before, "
              f"{1e3 * calibration.rms_after:.1f} ms after."]
     if calibration.at_bound:
-        lines.append(f"At a bound, so not estimates: {', '.join(calibration.at_bound)}.")
+        bounds = [f"{in_words(name)} (within {_describe_bounds(calibration, name)})" for name in calibration.at_bound]
+        lines.append(f"At a bound of the bench file, so no estimates: {', '.join(bounds)}.")
     if calibration.undetermined:
-        lines.append(f"Not determined: {', '.join(calibration.undetermined)}.")
+        lines.append(f"Not determined: {', '.join(map(in_words, calibration.undetermined))}.")
     return lines if calibration.converged else [*lines, _NOT_CONVERGED]
 
 
@@ -124,20 +133,19 @@ def calibration_page(job: Mapping[str, Any], output: Mapping[str, Any]) -> str:
     lead, *limits = calibration_summary(calibration)
     warnings = [] if calibration.partial is None else [calibration.partial.warning]
     warnings += [(f"{words.partition(':')[0]}:", words.partition(": ")[2]) for words in limits]
-    if _leaves_much(calibration):
+    if _leaves_much(calibration.chi_square):
         warnings.append(("An effect is missing:", " ".join(_MISSING)))
-    head = ("parameter", "value", f"{calibration.level:.0%} interval", "× nominal", "scatter", "remark")
-    rows = [(in_words(row.name), with_unit(row.value, raised(row.unit)), f"{row.lower} to {row.upper}", row.multiple,
-             row.scatter, row.note) for row in _rows(calibration)]
-    noise = [(in_words(name), with_unit(f"{calibration.noise[name]:.3g}", SIGNAL_UNITS.get(name, "s")),
-              f"{calibration.noise_correlation.get(name, 0.0):.2f}",
-              f"{value:.2f}") for name, value in calibration.chi_square.items()]
+    head = ("parameter", "value", f"{100 * calibration.level:.0f} % interval", "× nominal", "scatter", "remark")
+    rows = [(row.name, with_unit(row.value, row.unit), with_unit(f"{row.lower} to {row.upper}", row.unit),
+             row.multiple, row.scatter, row.note) for row in _rows(calibration)]
+    noise = [(in_words(name), _state_noise(calibration.noise[name], SIGNAL_UNITS.get(name, "s")),
+              signed(calibration.noise_correlation.get(name, 0.0)), f"{value:.2f}")
+             for name, value in calibration.chi_square.items()]
     names = [in_words(name) for name in calibration.free]
-    correlation = [(name, *(f"{value:.2f}" for value in row))
+    correlation = [(name, *map(signed, row))
                    for name, row in zip(names, calibration.correlation, strict=True)]
-    return document("calibration", job["id"], f"Parameters of the bench {calibration.bench} from “{job['recordings']}”",
-                    warnings, [
-        markup.paragraph(lead, "lead"),
+    title = f"Parameters of the bench {calibration.bench} from “{job['recordings']}”"
+    return document("calibration to", job["recordings"], title, warnings, [
         markup.section("Parameters", markup.table(head, rows, words=(5,)), markup.paragraph(f"{_SCATTER}.", "note"),
                        *(markup.paragraph(line, "note") for line in _list_undetermined(calibration))),
         markup.section("Pictures", *figures(calibration_specs(calibration), CAPTIONS).values()),
@@ -145,7 +153,9 @@ def calibration_page(job: Mapping[str, Any], output: Mapping[str, Any]) -> str:
                        markup.paragraph(f"{_NOISE}, which is 1 if only noise is left.", "note")),
         markup.section("Correlation of the estimates", markup.table(("", *names), correlation)),
         provenance(job, output, [*_sources(job), ("bench", f"{job['bench']}, SHA-256 {job['bench_digest']}"),
-                                 ("iterations", str(calibration.evaluations))])], home=home_of(job))
+                                 ("iterations", str(calibration.evaluations))])],
+        facts=[markup.paragraph(lead, "lead"), tell_facts(job, [f"Bench {calibration.bench}", tell_recordings(job)])],
+        home=home_of(job))
 
 
 def _machine_page(job: Mapping[str, Any], output: Mapping[str, Any]) -> str:
@@ -155,11 +165,20 @@ def _machine_page(job: Mapping[str, Any], output: Mapping[str, Any]) -> str:
     chi_square = [(name, f"{value:.2f}") for name, value in result["chi_square"].items()]
     head, rows = parameter_table(fitted)
     title = f"Parameters of the machine {result['machine']} from “{job['recordings']}”"
-    return document("calibration", job["id"], title, [
-        (f"{words.partition(':')[0]}:", words.partition(": ")[2]) for words in limits], [
-        markup.paragraph(lead, "lead"), markup.section("Parameters", markup.table(head, rows, words=(4,))),
+    warnings = [(f"{words.partition(':')[0]}:", words.partition(": ")[2]) for words in limits]
+    if _leaves_much(result["chi_square"]):
+        warnings.append(("An effect is missing:", " ".join(_MISSING)))
+    return document("calibration to", job["recordings"], title, warnings, [
+        markup.section("Parameters", markup.table(head, rows, words=(len(head) - 1,))),
         markup.section("Blocks", markup.table(("block", "reduced chi-square"), chi_square)),
-        provenance(job, output, [*_sources(job), ("machine", result["machine"])])], home=home_of(job))
+        provenance(job, output, [*_sources(job), ("machine", result["machine"])])],
+        facts=[markup.paragraph(lead, "lead"), tell_facts(job, [f"Machine {result['machine']}", tell_recordings(job)])],
+        home=home_of(job))
+
+
+def _state_noise(value: float, unit: str) -> str:
+    shown, factor = scale(unit, value)
+    return with_unit(fixed(factor * value), shown)
 
 
 def _sources(job: Mapping[str, Any]) -> list[tuple[str, str | None]]:
@@ -167,15 +186,15 @@ def _sources(job: Mapping[str, Any]) -> list[tuple[str, str | None]]:
     return [("recordings", f"{job['recordings']}, SHA-256 {job['recordings_digest']}"), ("start", start)]
 
 
-def _leaves_much(calibration: Calibration) -> bool:
-    return max(calibration.chi_square.values()) > _LARGE_CHI_SQUARE
+def _leaves_much(chi_square: Mapping[str, float]) -> bool:
+    return max(chi_square.values()) > _LARGE_CHI_SQUARE
 
 
 def _list_undetermined(calibration: Calibration) -> list[str]:
     missing = [name for name in SIGNAL_UNITS if name not in calibration.signals]
-    lines = [f"Not measured: {', '.join(missing)}"] if missing else []
+    lines = [f"Not measured: {', '.join(map(in_words, missing))}"] if missing else []
     if calibration.undetermined:
-        lines.append(f"Not determined by these recordings: {', '.join(calibration.undetermined)}.\n"
+        lines.append(f"Not determined by these recordings: {', '.join(map(in_words, calibration.undetermined))}.\n"
                      "At most combinations of them are. Among the values that fit alike, these are near the start, and "
                      "the\nintervals say what the bounds of the bench file leave open.")
     return lines

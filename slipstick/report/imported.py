@@ -45,7 +45,7 @@ def _page(name: str, imported: ImportedFiles, pictures: dict[str, Spec], rows: s
           provenance: list[tuple[str, str]]) -> str:
     n, aside, word = len(imported.labels), len(imported.set_aside), imported.experiment
     title = f"{n} {word}s imported{f', {aside} set aside' if aside else ''}"
-    return document("import", name, title, [("Check:", doubt) for doubt in imported.doubts], [
+    return document("import of", name, title, [("Check:", doubt) for doubt in imported.doubts], [
         paragraph(summary(imported), "lead"),
         section("Channels", table(_CHANNELS, [
             (channel.name, channel.channel, channel.stated or "not stated", channel.unit, _signed(channel.sign, "+.0f"),

@@ -1,25 +1,29 @@
 """The report of a study of a declared machine: answer, what to do, findings, parameters, gap and limitations."""
 
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 from slipstick.machine_studies import MachineFigures, MachineStudyResult
-from slipstick.machine_studies.result import MachineFinding, MachineParameter
+from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineParameter, Rival
 from slipstick.machine_studies.study import law_table
 from slipstick.pictures import units
 from slipstick.pictures.machine_study import LEVEL, machine_pictures
-from slipstick.pictures.study.law import headline, remarks
-from slipstick.pictures.study.words import within
+from slipstick.pictures.study.evidence import CERTAIN
+from slipstick.pictures.study.law import describe_change, headline, remarks
+from slipstick.pictures.study.words import argument, within
 from slipstick.pictures.theme import Spec, captions
 from slipstick.report import markup
 from slipstick.report.shell import document, figures, home_of, provenance, tell_facts
 from slipstick.report.study.glossary import explain
 from slipstick.report.study.page import render_box, render_section
 from slipstick.report.study.parts import Entries, Items, Note, Part, Picture, Section, Table
+from slipstick.report.study.simulation import NOT_DETERMINED
 from slipstick.report.study.todo import TITLE, attach_laws, caution, describe_seen, find_weakest
 from slipstick.report.study.words import between, many
 from slipstick.report.words import listed
+from slipstick.studies.finding import Coefficient
 from slipstick.studies.record import from_dict
 
 _LIMITS = (
@@ -29,6 +33,7 @@ _LIMITS = (
      "gain, the agreement of the runs, the rivals and the control."),
     ("Laws hold where runs have been:", "beyond the values that the runs visit, a law is constant."))
 
+_BEYOND = "outside of what is declared"
 _WORSE = 1.2
 """Times the chi-square without findings above which a block is worse with them: by more than models leave of noise."""
 
@@ -38,7 +43,7 @@ def machine_study_page(study: Mapping[str, Any], output: Mapping[str, Any]) -> s
     result, specs = from_dict(MachineStudyResult, output["result"]), machine_study_specs(output)
     drawn, box = figures(specs, captions(specs)), advise(result)
     main = sections(result, drawn)
-    return document("study", study["id"], result.sentence, warnings(result), [
+    return document("study of", study["recordings"], result.sentence, warnings(result), [
         *(render_section(section, drawn) for section in (*main, explain([box, *main]))),
         provenance(study, output, [
             ("recordings", f"{study['recordings']}, SHA-256 {study['recordings_digest']}"),
@@ -70,8 +75,10 @@ def tell_evidence(result: MachineStudyResult) -> str:
         return (f"{many(result.runs, 'run')} leave a reduced chi-square of {min(chi):.2f} to {max(chi):.2f} in the "
                 "blocks of the model; 1 is expected if nothing is missing.")
     errors = listed([units.number(finding.errors) for finding in result.findings])
-    control = "" if result.gap is None else f" A wrong law closes {_share(result.gap.control_closed)} of the gap."
-    return (f"The runs agree about it by {errors} standard errors.{control} No confidence is stated: how often such "
+    closed = "" if result.gap is None else (
+        f" What was found closes {_share(result.gap.closed)} of the gap, a wrong law "
+        f"{_share(result.gap.control_closed)}.")
+    return (f"The runs agree about it by {errors} standard errors.{closed} No confidence is stated: how often such "
             "findings are right is not measured for this machine.")
 
 
@@ -82,45 +89,97 @@ def _share(share: float) -> str:
 
 def advise(result: MachineStudyResult) -> Section:
     """Return what to do: for each finding, or where there is none."""
-    several = len(result.findings) > 1
     parts: list[Part] = []
+    several = len(result.findings) > 1
     for place, finding in enumerate(result.findings, 1):
-        parts += _advise_finding(finding, f"{place}. " * several)
-    entries: Entries = [] if result.findings else [_advise_without(result)]
-    if any(finding.confirmed is not False for finding in result.findings):
-        entries.append(("Take over as well:", "the parameters that the recordings determine, in the table "
-                        "“Parameters”: they were fitted beside the findings."))
+        parts += _advise_finding(finding, result, f"{place}. " * several)
+    if not result.findings:
+        parts.append(Items([_advise_without(result)]))
+    entries: Entries = []
+    if result.kind == "none" or any(finding.confirmed is not False for finding in result.findings):
+        rows: list[tuple[str, ...]] = [(each.name, *_state_value(each), _declared(each))
+                                       for each in result.parameters if _is_changed(each)]
+        text = "these parameters, whose intervals exclude what is declared. The table “Parameters” has the others." if \
+            rows else "no parameter: the intervals of all that the recordings determine contain what is declared."
+        parts.append(Items([("Take over as well:" if result.findings else "Take over:", text)]))
+        parts += [_new_values(rows)] if rows else []
     if result.gap is not None:
         entries.append(("What it is worth:", lead(result)))
+    if result.findings or result.kind == "none":
+        entries += _describe_where(result)
     entries += [("Next experiment:", text) for text in _list_next(result)]
     return Section(TITLE, [*parts, Items([*entries, *caution(warnings(result))])])
 
 
-def _advise_finding(finding: MachineFinding, prefix: str) -> list[Part]:
+def _advise_finding(finding: MachineFinding, result: MachineStudyResult, prefix: str) -> list[Part]:
     name, law = within(finding.title), finding.law
-    what = "Do not add:" if finding.confirmed is False else "Add:"
-    text = f"{name}. The simulation of the whole machine is no better with it." if finding.confirmed is False else \
-        f"{name}: {finding.equation}." if finding.equation else f"{name}, as the measured law."
+    doubtful = [f"“{block.name}”" for block in result.blocks
+                if block.name in finding.blocks and (block.unexplained or _is_worse(block))]
+    if finding.confirmed is False:
+        what, text = "Do not add:", f"{name}. The simulation of the whole machine is no better with it."
+    else:
+        what = "Do not add yet:" if doubtful else "Add:"
+        text = f"{name}, as the measured law." if finding.equation is None else \
+            f"{name}: {units.raised(finding.equation)}{_describe_zero(finding)}."
+    if doubtful and finding.confirmed is not False:
+        text += f" With it, {listed(doubtful)} still leave{'s' * (len(doubtful) == 1)} more than noise: what is " \
+            "missing may be something else."
     if finding.rivals:
         text += f" Record first what tells it apart from {listed([within(rival.title) for rival in finding.rivals])}."
     entries: Entries = [(f"{prefix}{what}", text)]
     if law is not None:
-        entries.append(("Measured:", f"{headline(finding, law)}."))
-        if law.x is not None:
-            entries.append(("Where it holds:", f"{describe_seen(finding, law)}. Beyond, the law is held constant."))
+        by_equation = "" if law.formula is None or law.x is None else \
+            f" The equation gives {describe_change(law, law.formula)[0]} there."
+        entries.append(("Measured:", f"{headline(finding, law)}.{by_equation}"))
     parts: list[Part] = [Items(entries)]
     if finding.coefficients:
-        head, rows = coefficient_table(finding)
-        parts.append(Table(("set", "to", head[-1], "instead of"), [(*row, "not in the model") for row in rows],
-                           words=(3,)))
+        parts.append(_new_values([(*row, "not in the model") for row in coefficient_table(finding)[1]]))
     if law is not None and law.x is not None:
         parts += attach_laws([("The measured law as a file:", law_table(finding))])
     return parts
 
 
+def _new_values(rows: list[tuple[str, ...]]) -> Table:
+    return Table(("set", "to", f"{100 * LEVEL:.0f} % interval", "instead of"), rows, words=(3,))
+
+
+def _describe_zero(finding: MachineFinding) -> str:
+    """Return where an equation that is known up to a constant is 0 beside the stated parameters; empty elsewhere."""
+    law = finding.law
+    if law is None or law.x is None or law.formula is None or law.up_to != "constant":
+        return ""
+    for place, (here, there) in enumerate(pairwise(law.formula)):
+        if here * there <= 0 and here != there:
+            zero = law.x[place] + (law.x[place + 1] - law.x[place]) * here / (here - there)
+            unit, factor = units.scale(law.x_unit, max(map(abs, law.x)))
+            return (f"; beside the parameters of this report, it is 0 at a {argument(finding)} of "
+                    f"{units.with_unit(units.number(factor * zero), unit)}")
+    return ""
+
+
+def _describe_where(result: MachineStudyResult) -> Entries:
+    laws = [describe_seen(finding, finding.law) for finding in result.findings if finding.law is not None]
+    seen = [units.with_unit(f"{name} {units.number(low, 4)}" + f" to {units.number(high, 4)}" * (high > low),
+                            units.raised(result.units.get(name, ""))) for name, (low, high) in result.seen.items()]
+    ranges = "; ".join([*dict.fromkeys(filter(None, laws)), *([listed(seen)] if seen else [])])
+    held = " Beyond, a law is held constant, and all else is extrapolated." if any(laws) else \
+        " Beyond, it is extrapolated."
+    return [("Where it holds:", f"{ranges}: what was recorded.{held}")] if ranges else []
+
+
+def _is_changed(parameter: MachineParameter) -> bool:
+    """Whether what is declared is outside of the interval of a parameter that the recordings determine."""
+    return (parameter.declared is not None and parameter.determined and not parameter.beyond
+            and not parameter.lower <= parameter.declared <= parameter.upper)
+
+
+def _is_worse(block: MachineBlock) -> bool:
+    return block.chi_square > _WORSE * block.before
+
+
 def _advise_without(result: MachineStudyResult) -> tuple[str, str]:
     if result.kind == "none":
-        return "Keep the model:", "add nothing to it. Take over the parameters below that the recordings determine."
+        return "Keep the model:", "add nothing to it."
     left = [f"“{block.name}”" for block in result.blocks if block.unexplained]
     return "Do not change the model yet:", (f"something is missing in {listed(left)} that no candidate explains. Name "
                                             "further quantities there, and what they may depend on.")
@@ -137,9 +196,13 @@ def _list_next(result: MachineStudyResult) -> list[str]:
 
 
 def _describe_next(finding: MachineFinding) -> str:
+    names = list(dict.fromkeys([finding.depends_on, *(rival.depends_on for rival in finding.rivals)]))
+    if len(names) > 1:
+        return f"runs in which {listed(names)} do not change together."
     if finding.rivals:
-        names = listed(list(dict.fromkeys([finding.depends_on, *(rival.depends_on for rival in finding.rivals)])))
-        return f"runs in which {names} do not change together."
+        quantities = listed(list(dict.fromkeys([finding.quantity, *(rival.quantity for rival in finding.rivals)])))
+        return (f"runs over the {names[0]} alone do not tell {quantities} apart. Change another condition that acts on "
+                "a single one of them, or measure closer to it.")
     return "" if finding.law is None else within(find_weakest(finding, finding.law))
 
 
@@ -153,15 +216,18 @@ def warnings(result: MachineStudyResult) -> Entries:
     entries += [(f"Unexplained: block “{block.name}”.", f"Reduced chi-square is {block.chi_square:.2f} with all "
                  "findings, and no candidate explains the rest. Findings and intervals may be off.")
                 for block in result.blocks if block.unexplained]
-    entries += [(f"Not converged: block “{block.name}”.", "The fit ended before its optimum, so that what is left, its "
-                 "parameters and its findings may be those of the fit. Equations that are steep about a value, such as "
-                 "the tanh of a speed, are a usual cause: declare the state among `switches`, and read its side.")
-                for block in result.blocks if not block.converged]
+    unsettled = [f"“{block.name}”" for block in result.blocks if not block.converged]
+    if unsettled:
+        entries.append((
+            f"Not converged: block{'s' * (len(unsettled) > 1)} {listed(unsettled)}.",
+            "The fit ended before its optimum: what is left, its parameters and its findings may be those of the fit. "
+            "Equations that are steep about a value, such as the tanh of a speed, are a usual cause: declare the state "
+            "among `switches`, and read its side."))
     entries += [(f"Worse with the findings: block “{block.name}”.", f"Its reduced chi-square is {block.before:.2f} "
                  f"without them, and {block.chi_square:.2f} with them: findings in blocks that give what it reads "
-                 "explain their signals badly.")
-                for block in result.blocks if result.findings and block.chi_square > _WORSE * block.before]
-    entries += [("Not told apart:", f"{finding.title}, and {listed([rival.title for rival in finding.rivals])}.")
+                 "explain their signals badly.") for block in result.blocks if result.findings and _is_worse(block)]
+    entries += [("Not told apart:", f"{within(finding.title)}, and "
+                 f"{listed([within(rival.title) for rival in finding.rivals])}.")
                 for finding in result.findings if finding.rivals]
     beyond = [each.name for each in result.parameters if each.beyond]
     if beyond:
@@ -180,8 +246,8 @@ def sections(result: MachineStudyResult, pictures: Collection[str]) -> list[Sect
     several = len(result.findings) > 1
     return [Section("Measured and simulated", _show("overlay", pictures)),
             Section("The measured laws" if several else "The measured law", _show("law", pictures)),
-            *(Section(f"Finding {place}: {finding.title}" if several else f"Finding: {finding.title}",
-                      _describe(finding)) for place, finding in enumerate(result.findings, 1)),
+            *(Section(f"Finding{f' {place}' * several}: {within(finding.title)}", _describe(finding))
+              for place, finding in enumerate(result.findings, 1)),
             _describe_gap(result), _list_parameters(result), _list_blocks(result),
             Section("The runs that are described worst", _show("signals", pictures)),
             Section("Limitations", [Items(list(_LIMITS))])]
@@ -194,13 +260,20 @@ def _show(name: str, pictures: Collection[str]) -> list[Part]:
 def _describe(finding: MachineFinding) -> list[Part]:
     entries: Entries = []
     if finding.law is not None:
-        entries.append(("Law:", f"{headline(finding, finding.law)}. {remarks(finding.law, LEVEL, is_drawn=False)}"))
+        law = f"{headline(finding, finding.law)}. {remarks(finding.law, LEVEL, is_drawn=False)}"
+        entries.append(("Law:", law.strip()))
     if finding.equation is not None:
-        entries.append(("Equation:", f"{finding.equation}."))
+        entries.append(("Equation:", f"{units.raised(finding.equation)}{_describe_zero(finding)}."))
     entries.append(("Evidence:", f"a gain of {units.number(finding.nats, 4)} nats in log marginal likelihood "
                     f"(natural logarithm: {units.number(finding.nats / math.log(10))} factors of ten), about which the "
                     f"runs agree by {units.number(finding.errors)} standard errors, in "
                     f"{listed([f'“{block}”' for block in finding.blocks])}."))
+    if finding.rivals:
+        entries.append(("Rivals:", f"{listed([_describe_rival(rival) for rival in finding.rivals])}. The recordings do "
+                        "not tell these apart from it."))
+    elif finding.next_best is not None:
+        entries.append(("Rivals:", "no other pair of quantity and dependence is close. The next best is "
+                        f"{_describe_rival(finding.next_best)}."))
     if finding.kind is None:
         entries.append(("Kind:", "none of the known ones explains the law as well as it was measured."))
     parts: list[Part] = [Items(entries)]
@@ -209,12 +282,32 @@ def _describe(finding: MachineFinding) -> list[Part]:
     return parts
 
 
+def _describe_rival(rival: Rival) -> str:
+    name = within(rival.title)
+    if rival.nats is None or rival.behind is None:
+        return name
+    behind = f"more than {CERTAIN:.0f}" if rival.behind > CERTAIN else units.number(rival.behind, 2)
+    return f"{name} ({units.number(rival.nats, 4)} nats, behind by {behind} standard errors)"
+
+
 def coefficient_table(finding: MachineFinding) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Return head and rows of a table of the coefficients of a finding."""
     rows: list[tuple[str, ...]] = [
-        (each.name, units.with_unit(units.fixed(each.value, 4), units.raised(each.unit)),
-         units.with_unit(between(each.lower, each.upper), units.raised(each.unit))) for each in finding.coefficients]
+        (each.name, *_state_value(each, ", contains 0" * (each.lower <= 0 <= each.upper)))
+        for each in finding.coefficients]
     return (finding.kind or "", "value", "95 % interval"), rows
+
+
+def _state_value(estimate: Coefficient | MachineParameter, remark: str = "") -> tuple[str, str]:
+    """Return a value and its interval with their unit."""
+    unit = units.raised(estimate.unit)
+    return (units.with_unit(units.fixed(estimate.value, 4), unit),
+            units.with_unit(between(estimate.lower, estimate.upper), unit) + remark)
+
+
+def _declared(parameter: MachineParameter) -> str:
+    return "" if parameter.declared is None else units.with_unit(units.fixed(parameter.declared, 4),
+                                                                 units.raised(parameter.unit))
 
 
 def _describe_gap(result: MachineStudyResult) -> Section:
@@ -224,34 +317,41 @@ def _describe_gap(result: MachineStudyResult) -> Section:
     rows: list[tuple[str, ...]] = [
         ("without the findings", units.number(gap.before, 3), ""),
         ("with the findings", units.number(gap.after, 3), _share(gap.closed)),
-        (f"with the control: {gap.control}", units.number(gap.before * (1 - gap.control_closed), 3),
+        (f"with the control: {within(gap.control)}", units.number(gap.before * (1 - gap.control_closed), 3),
          _share(gap.control_closed))]
     return Section("The gap of the whole machine", [
-        Table(("simulation of the whole machine", "squares beyond noise", "closed"), rows),
-        Note("Driven by commands and conditions alone. Of each run, by laws and parameters of all others. The "
-             f"findings gain {units.number(gap.nats, 4)} nats, about which the runs agree by "
-             f"{units.number(gap.errors)} standard errors.")])
+        Table(("simulation of the whole machine", "squared residuals beyond noise", "closed"), rows),
+        Note("Summed over all samples, in units of the noise variance; below 0, less is left than noise leaves on "
+             "average. The simulation is driven by commands and conditions alone, and each run is predicted by laws "
+             f"and parameters of all others. The findings gain {units.number(gap.nats, 4)} nats, about which the runs "
+             f"agree by {units.number(gap.errors)} standard errors.")])
 
 
 def _list_parameters(result: MachineStudyResult) -> Section:
     head, rows = parameter_table(result.parameters)
-    return Section("Parameters", [Table(head, rows, words=(4,))] if rows else [])
+    return Section("Parameters", [Table(head, rows, words=(len(head) - 1,))] if rows else [])
 
 
-def parameter_table(parameters: Iterable[MachineParameter]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return head and rows of a table of parameters."""
-    rows: list[tuple[str, ...]] = [
-        (each.name, units.with_unit(units.fixed(each.value, 4), units.raised(each.unit)),
-         between(each.lower, each.upper), units.number(each.scatter, 2),
-         "outside of what is declared" if each.beyond else "" if each.determined else "not determined")
-        for each in parameters]
-    return ("parameter", "mean", "95 % interval", "scatter between runs", "remark"), rows
+def parameter_table(parameters: Sequence[MachineParameter]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return head and rows of a table of parameters, with their means without the findings where there are any."""
+    has_before = any(each.before is not None for each in parameters)
+    rows: list[tuple[str, ...]] = []
+    for each in parameters:
+        unit = units.raised(each.unit)
+        before = "" if each.before is None else units.with_unit(units.fixed(each.before, 4), unit) + (
+            f" ({_BEYOND})" if each.beyond_before else "")
+        rows.append((each.name, _declared(each), *([before] if has_before else []), *_state_value(each),
+                     units.with_unit(units.number(each.scatter, 2), unit),
+                     _BEYOND if each.beyond else "" if each.determined else NOT_DETERMINED))
+    means = ("mean without", "mean with the findings") if has_before else ("mean",)
+    return ("parameter", "declared", *means, f"{100 * LEVEL:.0f} % interval", "scatter between runs", "remark"), rows
 
 
 def _list_blocks(result: MachineStudyResult) -> Section:
     rows: list[tuple[str, ...]] = [
         (block.name, block.signals, f"{block.before:.2f}", f"{block.chi_square:.2f}",
-         "unexplained" if block.unexplained else "") for block in result.blocks]
+         ", ".join(word for word, is_so in (("unexplained", block.unexplained), ("not converged", not block.converged))
+                   if is_so)) for block in result.blocks]
     head = ("block", "reads → gives", "without findings", "with", "remark")
     return Section("Blocks", [Table(head, rows, words=(1, 4)), Note("Median over the runs of the reduced chi-square: 1 "
                                                                     "if only noise is left.")])

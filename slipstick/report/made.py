@@ -2,8 +2,8 @@
 
 A request is the JSON object `{"kind": ..., ...}` with the arguments of the page: for a `fit` its `job`, `output`,
 `other` and `description`, for a `study` its `job`, `output` and `fits`, for a `calibration` its
-`job` and `output`, for a `propagation` the `answer`, the `request`
-and the `conditions`.
+`job` and `output`, for a `propagation` the `answer`, the `request`,
+the `conditions`, and the relative address `home` of the service.
 """
 
 import importlib
@@ -45,7 +45,7 @@ def page(request: bytes) -> bytes:
         case "calibration":
             text = calibration_page(given["job"], given["output"])
         case _:
-            text = propagation_page(given["answer"], given["request"], given["conditions"])
+            text = propagation_page(given["answer"], given["request"], given["conditions"], given["home"])
     return text.encode()
 
 
@@ -83,8 +83,7 @@ def _drawn(given: Mapping[str, Any]) -> tuple[Spec, str]:
 
 def _caption(name: str, spec: Spec) -> str:
     """The caption of a picture: that of what is drawn, or else of all pictures of this name."""
-    return str(spec.get("description", {**CAPTIONS, **CALIBRATION_CAPTIONS,
-                                        PROPAGATION: propagation.CAPTION}.get(name)))
+    return str(spec.get("description", {**CAPTIONS, **CALIBRATION_CAPTIONS}.get(name)))
 
 
 def elements(request: bytes) -> bytes:

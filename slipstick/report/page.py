@@ -8,15 +8,24 @@ from slipstick.pictures.output import Output
 from slipstick.report import costs, words
 from slipstick.report.doubts import doubts
 from slipstick.report.markup import listing, paragraph, section, table
-from slipstick.report.shell import SIGN, document, figures, home_of, provenance, tell_facts
+from slipstick.report.shell import (
+    SIGN,
+    are_simulated,
+    document,
+    figures,
+    home_of,
+    provenance,
+    tell_facts,
+    tell_recordings,
+)
 
 _COMBINATIONS = ("In a combination, each unknown is measured as a share of its search range. At most three unknowns "
                  "are listed, and only those whose weight exceeds a fifth of the largest. Intervals come from the "
                  "profile likelihood and are relative to the estimate. Combinations without an interval have a "
                  "standard error, computed from the information in the recordings.")
+_SIMULATED = ("These recordings are shipped and simulated:", "they are the output of an independent simulation of a "
+              "test bench, with noise, scatter and a physical effect that the model lacks.")
 _LIMITATIONS = (
-    ("The shipped recordings are simulated:", "“measured” is the output of an independent simulation of a test bench, "
-     "with noise, scatter and a physical effect that the model lacks. The recordings of the paper are not public."),
     ("Shifting times hardly constrain single inputs:", "without other measurements, one input can compensate for "
      "another, for example pressure bias for initial position. Read the combinations above before the individual "
      "means."),
@@ -38,16 +47,16 @@ def page(fit: Mapping[str, Any], output: Mapping[str, Any], other_method: Mappin
     result = output["result"]
     title = words.headline(result, len(result["log10_likelihood_per_condition"]), fit["recordings"])
     compared = other_method is not None or costs.is_case_of_paper(output)
-    return document("fit", fit["id"], title, [*words.warnings(result), *doubts(output["figure_data"])], [
+    return document("fit to", fit["recordings"], title, [*words.warnings(result), *doubts(output["figure_data"])], [
         section("Fitted values", _numbers(output), listing(words.identified(result))),
         section("Combinations of unknowns", listing(words.combinations(result)), paragraph(_COMBINATIONS, "note")),
         section("Pictures", *figures(pictures(output), CAPTIONS).values()),
         section("Comparison with Table II of the paper", table(costs.HEAD, costs.rows(output, other_method)), *(
             paragraph(note, "note") for note in costs.notes(output, other_method))) if compared else "",
         _provenance(fit, output, description),
-        section("Limitations", listing(_LIMITATIONS))],
+        section("Limitations", listing([*([_SIMULATED] if are_simulated(fit) else []), *_LIMITATIONS]))],
         facts=[paragraph(words.improvement(result), "lead"),
-               tell_facts(fit, [f"Table {fit['table']}", f"recordings {fit['recordings']}",
+               tell_facts(fit, [f"Table {fit['table']}", tell_recordings(fit),
                                 f"{len(result['log10_likelihood_per_condition'])} engagements"]),
                paragraph(SIGN, "note")], home=home_of(fit))
 
@@ -69,7 +78,7 @@ def _provenance(fit: Mapping[str, Any], output: Mapping[str, Any], description: 
     if fit["simulate"]:
         model, bounds = f"simulator with the parameters of the table {table_name}", "parameter bounds"
     else:
-        model, bounds = f"table {table_name}; policy outside the table: {fit['outside']}", "table"
+        model, bounds = f"table {table_name}; outside of it: {words.OUTSIDE[fit['outside']]}", "table"
     outside = output["result"]["mass_outside"]
     of_output = Output.of(output["figure_data"])
     settings = words.settings_of(fit["settings"], output["result"]["axes"], of_output.unit)

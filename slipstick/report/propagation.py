@@ -4,41 +4,48 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from slipstick import __version__
+from slipstick.pictures import units
 from slipstick.pictures.conditions import Columns, described
 from slipstick.pictures.output import Output
-from slipstick.pictures.propagation import MOST, caption, draw, summarize
-from slipstick.pictures.theme import in_words
+from slipstick.pictures.propagation import MOST, draw, summarize
+from slipstick.pictures.theme import captions, in_words
 from slipstick.report.markup import definitions, paragraph, section, table
 from slipstick.report.shell import document, figures
 from slipstick.report.words import listed, number, signed
 
-_NOTE = ("Std and quantiles contain the output noise. Alone, total: first-order and total Sobol index, the share of "
-         "the variance without noise that the input causes alone and with interactions.")
+_NOTE = ("Std: standard deviation. It and the quantiles contain the output noise. Alone: share of the variance without "
+         "that noise that the input causes by itself (first-order Sobol index). Total: together with the other inputs.")
 _NOTABLE = 0.01
 """Probability outside the table from which on it is a warning."""
 _OUTSIDE = {"clip": "There, the value at its nearest edge is used", "nan": "There, the {} is missing",
             "error": "Nothing outside is used"}
 
 
-def propagation_page(answer: Mapping[str, Any], request: Mapping[str, Any], conditions: Columns) -> str:
+def propagation_page(answer: Mapping[str, Any], request: Mapping[str, Any], conditions: Columns, home: str = "") -> str:
     """Return the HTML page of an `answer` to a propagation; the same input gives the same page.
 
-    `request` has the `inputs`, `output_std` in s, `quantiles` and `tolerance` in s that were asked for.
+    `request` has the `inputs`, `output_std` in s, `quantiles` and `tolerance` in s that were asked for. `home` is the
+    relative address of the service, if it shows the page.
     """
-    spec = draw(answer, request["quantiles"], conditions)
+    specs = {"propagation": draw(answer, request["quantiles"], conditions)}
     shown, axes = Output.of(answer), [in_words(axis["name"]) for axis in answer["axes"]]
-    return document("propagation", answer["table"], headline(answer), warnings(answer, request), [
-        paragraph(inputs_text(answer, request), "lead"),
-        *figures({"propagation": spec}, {"propagation": caption(answer)}).values(),
-        section("Distributions", table(
+    return document("propagation of", answer["table"], headline(answer), warnings(answer, request), [
+        section("Distributions", *figures(specs, captions(specs)).values()),
+        section("Numbers", table(
             _headings(shown, request["quantiles"], "condition", axes, (": alone", ": total")),
             [_cells(row, f"{row['condition']}: {described(conditions, place)}", len(axes), shown)
              for place, row in enumerate(answer["conditions"])]),
             paragraph(_NOTE, "note")),
+        section("Inputs", table(("input", "distribution", "mean", "standard deviation", "mean in its unit",
+                                 "standard deviation in its unit"), _list_inputs(answer, request), words=(1,)),
+                paragraph("Means and standard deviations are multiples of the nominal value unless a unit is stated. "
+                          f"Output noise: {_noise(answer, request)}.", "note")),
         section("Provenance", definitions([
             ("table", f"{answer['table']}, SHA-256 {answer['table_digest']}"),
-            ("expansions", f"order {answer['order']}, {answer['nodes']} model runs for each condition"),
-            ("largest estimated error", _largest_error(answer)), ("version", f"Slipstick {__version__}")]))])
+            ("expansions", f"polynomials of order {answer['order']}, from {answer['nodes']} model runs for each "
+             "condition"),
+            ("largest estimated error", _largest_error(answer)), ("version", f"Slipstick {__version__}")]))],
+        facts=[paragraph(f"{summarize(answer)}.", "lead")], home=home)
 
 
 def headline(answer: Mapping[str, Any]) -> str:
@@ -77,8 +84,8 @@ def propagation_text(answer: Mapping[str, Any], request: Mapping[str, Any], cond
         f"{headline(answer)}. {summarize(answer)}.", inputs_text(answer, request),
         *(" ".join(parts) for parts in warnings(answer, request)), "", *lines,
         *([f"and {further} more conditions"] if further > 0 else []), "",
-        "Std and quantiles contain the output noise. Inputs: the share of the variance without noise that each causes, "
-        "alone and with the others (total Sobol index)."])
+        "Std (standard deviation) and quantiles contain the output noise. Inputs: the share of the variance without "
+        "noise that each causes, alone and with the others (total Sobol index)."])
 
 
 def outside_warning(mass: float, outside: str, shown: Output) -> list[tuple[str, str]]:
@@ -89,13 +96,29 @@ def outside_warning(mass: float, outside: str, shown: Output) -> list[tuple[str,
 
 def inputs_text(answer: Mapping[str, Any], request: Mapping[str, Any]) -> str:
     """The distributions of the inputs and the output noise of a `request`, in a sentence."""
-    axes, inputs = [in_words(axis["name"]) for axis in answer["axes"]], request["inputs"]
-    families = inputs["families"] or ["normal"] * len(axes)
-    stds = inputs["std"] or [None] * len(axes)
-    parts = [f"{axis} {number(mean)}" + (f" ± {number(std)}" if std is not None else "") + f" ({family})"
-             for axis, mean, std, family in zip(axes, inputs["mean"], stds, families, strict=True)]
-    return (f"Inputs, mean ± std in multiples of nominal: {', '.join(parts)}. Output noise: "
-            f"{number(request['output_std'], Output.of(answer).factor)} {Output.of(answer).small}.")
+    parts = [f"{axis} {mean}" + (f" ± {std}" if std else "") + f" ({family})"
+             for axis, family, mean, std, *_ in _list_inputs(answer, request)]
+    return (f"Inputs, mean ± standard deviation in multiples of nominal: {', '.join(parts)}. Output noise: "
+            f"{_noise(answer, request)}.")
+
+
+def _list_inputs(answer: Mapping[str, Any], request: Mapping[str, Any]) -> list[tuple[str, ...]]:
+    """Return the name of each input, its distribution, mean and standard deviation, and both in its unit."""
+    inputs, rows = request["inputs"], list[tuple[str, ...]]()
+    families = inputs["families"] or ["normal"] * len(answer["axes"])
+    stds = inputs["std"] or [None] * len(answer["axes"])
+    for axis, mean, std, family in zip(answer["axes"], inputs["mean"], stds, families, strict=True):
+        nominal = axis.get("nominal")
+        unit, factor = units.scale(axis.get("unit", "1"), (nominal or 0.0) * mean)
+        rows.append((in_words(axis["name"]), family, number(mean), number(std), *(
+            "" if nominal is None or value is None else units.with_unit(number(factor * nominal * value), unit)
+            for value in (mean, std))))
+    return rows
+
+
+def _noise(answer: Mapping[str, Any], request: Mapping[str, Any]) -> str:
+    shown = Output.of(answer)
+    return f"{number(request['output_std'], shown.factor)} {shown.small}"
 
 
 def _headings(shown: Output, probabilities: Sequence[float], first: str, axes: Sequence[str],
@@ -114,7 +137,8 @@ def _cells(row: Mapping[str, Any], first: str, axes: int, shown: Output,
         return signed(1e3 * value, 1) if shown.factor == 1e3 else number(shown.factor * value)
 
     shares = [share for shares in zip(*(row[kind] or [None] * axes for kind in kinds), strict=True) for share in shares]
-    return (first, small(row["mean"]), small(row["std"]), *map(small, row["quantiles"]),
+    std = "" if row["std"] is None else units.fixed(shown.factor * row["std"])
+    return (first, small(row["mean"]), std, *map(small, row["quantiles"]),
             *("" if share is None else f"{100 * share:.0f} %" for share in shares))
 
 

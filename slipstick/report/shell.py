@@ -12,6 +12,7 @@ from slipstick import __version__
 from slipstick.pictures.accessible import dark_style
 from slipstick.pictures.rendering import inline
 from slipstick.pictures.theme import Spec
+from slipstick.recordings.shipped import SIMULATED
 from slipstick.report import words
 from slipstick.report.markup import contents, definitions, listing, paragraph, section
 
@@ -22,7 +23,7 @@ SIGN = "All differences are measured minus predicted: positive where the test be
 
 def document(kind: str, name: str, title: str, warnings: Iterable[tuple[str, str]], body: Sequence[str],
              box: Iterable[str] = (), facts: Iterable[str] = (), home: str = "") -> str:
-    """Return the HTML document of the job `name` of a `kind`, such as fit.
+    """Return the HTML document of a `kind` of work on what has this `name`, such as "fit to" the recordings "mine".
 
     After the title come the `box` of what to do, the `facts`, and a table of contents of the sections in `body`. The
     `warnings` come before the title, or after a box, which names them. `home` is the relative address of the service
@@ -35,7 +36,7 @@ def document(kind: str, name: str, title: str, warnings: Iterable[tuple[str, str
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
         '<meta name="color-scheme" content="light dark">',
-        f"<title>{escape(name)}: {escape(title)}</title>", f"<style>{style()}</style>", "</head>",
+        f"<title>{escape(title)} · {escape(kind)} {escape(name)}</title>", f"<style>{style()}</style>", "</head>",
         "<body>", "<main>", linked(over, "Slipstick", home) if home else paragraph(over, "over"),
         *([] if box else aside), f"<h1>{escape(title)}</h1>", *box, *(aside if box else []),
         *facts, contents(body), *body, "</main>", "</body>", "</html>", ""])
@@ -49,6 +50,16 @@ def linked(text: str, word: str, address: str) -> str:
 def home_of(job: Mapping[str, Any]) -> str:
     """Return the relative address of the service from the report of a job that it has; empty without a service."""
     return "../../../" if job.get("links") else ""
+
+
+def are_simulated(job: Mapping[str, Any]) -> bool:
+    """Return whether the recordings of a job are shipped ones, all of which are simulated."""
+    return job.get("recordings_digest") in SIMULATED
+
+
+def tell_recordings(job: Mapping[str, Any]) -> str:
+    """Return the name of the recordings of a job, and whether they are the shipped ones."""
+    return f"recordings {job['recordings']}" + " (shipped, simulated)" * are_simulated(job)
 
 
 def tell_facts(job: Mapping[str, Any], entries: Iterable[str]) -> str:
@@ -77,7 +88,7 @@ def provenance(job: Mapping[str, Any], output: Mapping[str, Any], entries: Itera
              for name in ("seconds", "processor_seconds")}
     settings = ", ".join(f"{name} {json.dumps(value)}" for name, value in job.get("settings", {}).items())
     entries = [
-        *entries, ("settings", settings), ("wall time", times["seconds"]),
+        *entries, ("identifier", job["id"]), ("settings", settings), ("wall time", times["seconds"]),
         ("processor time", times["processor_seconds"]), ("submitted", job["submitted"]), ("ended", job["ended"]),
         ("version", f"Slipstick {__version__}")]
     return section("Provenance", definitions([(name, value) for name, value in entries if value]))

@@ -14,6 +14,8 @@ Result = Mapping[str, Any]
 _SMALLEST_WEIGHT = 0.2  # of the largest: unknowns with smaller weights are not listed
 _TERMS = 3  # unknowns listed per combination
 _SIDES = ("lower", "upper")
+OUTSIDE = {"clip": "the value at its nearest edge", "nan": "no value", "error": "refused"}
+"""What a table gives outside of its axes, by its policy."""
 
 
 def headline(result: Result, conditions: int, recordings: str) -> str:

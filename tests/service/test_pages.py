@@ -77,7 +77,7 @@ def test_no_oil_below_vacuum_is_drawn_and_the_page_says_so(client: httpx.Client,
 def test_runs_of_a_machine_have_their_names_units_levels_and_flaws(client: httpx.Client, folder: Path) -> None:
     runs_of_a_fan().save(folder / "tables" / "fan.h5")
     shown = text(client, "/recordings/fan?run=1")
-    for said in ("Run 1", "set speed 35 rad/s", "fan speed [rad/s]", "supply [V]", "housing &lt;b&gt; [degC]",
+    for said in ("Run 1", "set speed 35 rad/s", "fan speed [rad/s]", "supply [V]", "housing &lt;b&gt; [°C]",
                  "fan speed: spike at 0.5 s", "1 run with a gap, a spike or a saturation: 1", "mass [kg m²]"):
         assert said in shown, (said, shown)
     page = client.get("/recordings/fan?run=1").text

@@ -85,7 +85,7 @@ def test_a_calibration_survives_a_killed_worker_and_gives_the_result_of_the_func
     assert [entry["name"] for entry in pictures] == ["parameters"]
     assert bench.client.get(pictures[0]["href"], params={"format": "svg"}).text.startswith("<svg")
     report = bench.client.get(job["links"]["report"]).text
-    for said in ("calibration killed", "friction coefficient", "90% interval", "SHA-256", "N m/Pa"):
+    for said in ("<dd>killed</dd>", "friction coefficient", "90 % interval", "SHA-256", "N m/bar"):
         assert said in report
     front = bench.client.get("/").text
     assert "Calibration to “few” on the bench heavy" in front

@@ -107,7 +107,7 @@ def test_runs_without_output_have_a_status_and_a_reason(trouble: Path, capsys: p
     np.testing.assert_allclose(table.times[1:4, :2], [[0.75, 1.5], [1, 2], [1.25, 2.5]])
     assert table.output.unit == "m"
     assert "9 of 15 runs have no output: 3 returned none, 6 failed" in told.err
-    assert "a 0.5 1, b 1: TimeoutError: no result within 0.2 s" in told.err
+    assert "a 0.5, b 1: TimeoutError: no result within 0.2 s" in told.err
     assert "6 with an output, 3 without an output, 6 failed" in told.out
     assert main(["surrogate", "--machine", str(trouble / "machine.toml"), "--out", str(trouble / "s.h5"),
                  "--axis", "a=0.7:1.3", "--runs", "100", "--steps", "10"]) == 1

@@ -13,8 +13,7 @@ from slipstick.studies.settings import StudySettings
 
 _DOTS = "Dots: the change as it is measured in all {0} at once, without a formula."
 _BAND = "Shade: its interval at each point."
-_BLUE = ("Blue: the same change by the formula of the named effect, with the coefficients that the simulation was "
-         "fitted with.")
+_BLUE = "Blue: the same change by the formula of the effect, with the coefficients that the report states."
 _PART = "Where a law is known up to a constant or a straight line, parameters of the model take that part as well{0}."
 _FITTED_PART = ", and the same part of the formula is fitted to the dots"
 _BAR = "Dot and bar: a law that is a single number, with its interval."

@@ -47,7 +47,7 @@ def draw(result: StudyResult, fits: Mapping[str, Mapping[str, Any]]) -> Spec | N
             panel["title"] = {"text": labels[key][0], "fontSize": 12, "fontWeight": "normal", "offset": 6}
     noise = {key: f"{1e3 * fit['result']['output_std']:.3g} ms" for key, fit in fits.items()}
     return theme.picture(
-        f"With the extended model, the same fit makes the recordings {abs(improvement):.0f} decades "
+        f"With the extended model, the same fit makes the recordings {abs(improvement):.1f} decades "
         f"{'more' if improvement > 0 else 'less'} likely",
         f"Output noise: {noise['before']} before, {noise['after']} after. Dot: fitted means. Cross: parameters of the "
         "study.",

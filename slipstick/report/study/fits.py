@@ -14,14 +14,12 @@ Fits = Mapping[str, Mapping[str, Any]]
 _TITLE = "The same fit on the tables of both models"
 _NOTE = ("Both fits have the same settings and use shifting times only. If a model lacks something, the scatter of its "
          "inputs and the output noise grow to compensate.")
-_INSTRUCTIONS = (
-    "This report does not contain the fits. To add them, build a table of each model (GET {0}/model?which=before and "
-    "?which=after) with “slipstick build --bench BENCH --model FILE --conditions RECORDINGS --out TABLE”, "
-    "submit the same fit on both tables with POST /v1/fits, and request GET {0}/report?before=FIT&after=FIT.")
+_ABSENT = ("Not compared in this report. The service compares the newest two such fits, and Study.report of Python "
+           "the two that it is given.")
 
 
-def same_fit(study: Mapping[str, Any], result: StudyResult, fits: Fits | None, picture: str) -> str:
-    """Return the section with numbers, provenance and picture; without `fits`, the instructions to add them.
+def same_fit(result: StudyResult, fits: Fits | None, picture: str) -> str:
+    """Return the section with numbers, provenance and picture; without `fits`, who compares them.
 
     `fits`: `before` and `after` -> id, table, table_digest and `result` of a fit. `picture` is a figure element, or
     empty.
@@ -31,24 +29,45 @@ def same_fit(study: Mapping[str, Any], result: StudyResult, fits: Fits | None, p
     if result.gap is None:
         return ""
     if fits is None:
-        address = study.get("links", {}).get("self", "/v1/studies/ID")  # the command line has no address
-        return section(_TITLE, paragraph(_INSTRUCTIONS.format(address), "note"))
+        return section(_TITLE, paragraph(_ABSENT, "note"))
     return section(
-        _TITLE, table(("", *fits), numbers(result, fits)), paragraph(_NOTE, "note"),
-        definitions((key, f"fit {fit['id']}, table {fit['table']}, SHA-256 {fit['table_digest']}")
-              for key, fit in fits.items()),
+        _TITLE, paragraph(_compare(fits)),
+        table(("fit on the table of the model", "without", "with the findings"), numbers(result, fits)),
+        paragraph(_NOTE, "note"),
+        definitions((words, f"fit {fit['id']}, table {fit['table']}, SHA-256 {fit['table_digest']}")
+                    for words, fit in zip(("without", "with the findings"), fits.values(), strict=True)),
         picture)
+
+
+def _compare(fits: Fits) -> str:
+    """Return by how much the likelihood differs."""
+    before, after = (fits[key]["result"]["log10_likelihood"] for key in ("before", "after"))
+    if before is None or after is None:
+        return "In one of the fits, at least one engagement has zero likelihood."
+    return (f"With the findings in the model, the same shifting times are {abs(after - before):.1f} decades (factors "
+            f"of ten) {'more' if after > before else 'less'} likely.")
 
 
 def numbers(result: StudyResult, fits: Fits) -> Iterator[tuple[str, ...]]:
     """Yield rows of a quantity and its value in each fit, in units, because the nominal values of the models differ."""
     models = result.models
+    bounds = {key: {remark["unknown"] for remark in fit["result"].get("remarks", ()) if remark.get("at_bound")}
+              for key, fit in fits.items()}
     likelihoods = [fit["result"]["log10_likelihood"] for fit in fits.values()]
     yield "log10 likelihood", *("−∞" if value is None else signed(value) for value in likelihoods)
-    for kind, name in (("mean", "mean"), ("std", "scatter")):
-        for index, axis in enumerate(next(iter(fits.values()))["result"]["axes"]):
-            values = [models[key]["parameters"][axis] * fit["result"][kind][index] for key, fit in fits.items()]
-            unit, factor = units.scale(models["before"]["units"][axis], max(values))
-            yield (units.with_unit(f"{name} of {in_words(axis)}", f"[{unit}]" if unit != "1" else ""),
-                   *(number(factor * value) for value in values))
-    yield "output noise [ms]", *(number(fit["result"]["output_std"], 1e3) for fit in fits.values())
+    for index, axis in enumerate(next(iter(fits.values()))["result"]["axes"]):
+        means, stds = ([models[key]["parameters"][axis] * fit["result"][kind][index] for key, fit in fits.items()]
+                       for kind in ("mean", "std"))
+        unit, factor = units.scale(models["before"]["units"][axis], max(means))
+        of = units.with_unit(in_words(axis), f"[{unit}]" if unit != "1" else "")
+        yield f"mean of {of}", *(_state(number(factor * mean), f"mean of {axis}" in at)
+                                 for mean, at in zip(means, bounds.values(), strict=True))
+        yield f"scatter of {of}", *(
+            _state(f"{number(factor * std)}, {100 * std / abs(mean):.2g} % of the mean", f"std of {axis}" in at)
+            for std, mean, at in zip(stds, means, bounds.values(), strict=True))
+    yield "output noise [ms]", *(_state(number(fit["result"]["output_std"], 1e3), "output std" in bounds[key])
+                                 for key, fit in fits.items())
+
+
+def _state(text: str, at_bound: bool) -> str:
+    return text + " (at a bound of the search)" * at_bound

@@ -7,7 +7,7 @@ from typing import Any
 from slipstick.pictures.study import study_pictures
 from slipstick.pictures.theme import Spec, captions
 from slipstick.report import markup
-from slipstick.report.shell import SIGN, document, figures, home_of, provenance, tell_facts
+from slipstick.report.shell import SIGN, document, figures, home_of, provenance, tell_facts, tell_recordings
 from slipstick.report.study import content, parts
 from slipstick.report.study.fits import Fits, same_fit
 from slipstick.report.study.glossary import explain
@@ -32,9 +32,9 @@ def study_page(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits |
     drawn, changed, cautions = figures(specs, captions(specs)), _select_changes(settings), warnings(result, data.aside)
     main, rest = content.evidence(result, settings, drawn), content.background(result, data, settings)
     box = advise(result, data, settings, cautions)
-    return document("study", study["id"], result.sentence, cautions, [
+    return document("study of", study["recordings"], result.sentence, cautions, [
         *(render_section(section, drawn) for section in main),
-        same_fit(study, result, fits, drawn.get("surfaces", "")),
+        same_fit(result, fits, drawn.get("surfaces", "")),
         *(render_section(section, drawn) for section in (*rest, explain([box, *main, *rest]))),
         provenance({**study, "settings": changed}, output, [
             ("recordings", f"{study['recordings']}, SHA-256 {study['recordings_digest']}"),
@@ -42,7 +42,7 @@ def study_page(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits |
             ("settings", "" if changed else "default")])],
         [markup.paragraph(tell_confidence(result) or lead(result, settings), "lead"), render_box(box, drawn)],
         [tell_facts(study, [
-            f"Bench {study['bench']}" if study.get("bench") else "", f"recordings {study['recordings']}",
+            f"Bench {study['bench']}" if study.get("bench") else "", tell_recordings(study),
             many(result.experiments, "engagement")
             + f", {len(result.set_aside)} more set aside" * bool(result.set_aside)]),
          markup.paragraph(SIGN, "note")], home_of(study))

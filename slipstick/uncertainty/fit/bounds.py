@@ -72,9 +72,10 @@ def _remarks_at_bounds(problem: InferenceProblem, space: Unknowns, optimum: np.n
                          f"Build a table whose axis {problem.axes[index]} reaches {beyond}, and widen mean_bounds",
                          True)
         else:
-            unit = f" {problem.unit}" if kind == "output std" else ""
-            yield Remark(name, f"The {name} is at its {side} bound, {natural[index]:.4g}{unit}", _REMEDIES[kind, side],
-                         True)
+            unit, factor = ("", 1.0) if kind != "output std" else (" ms", 1e3) if problem.unit == "s" else (
+                f" {problem.unit}", 1.0)
+            yield Remark(name, f"The {name} is at its {side} bound, {factor * natural[index]:.4g}{unit}",
+                         _REMEDIES[kind, side], True)
 
 
 def _remarks_outside(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray) -> Iterator[Remark]:

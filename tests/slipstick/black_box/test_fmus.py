@@ -104,7 +104,7 @@ def test_a_build_goes_on_after_a_crash(slave: Path, tmp_path: Path, capsys: pyte
     file = read(slave, CO_SIMULATION)
     table = build(file, {"gain": (1.0, 1.9, 2)}, threads=2, out=tmp_path / "t.h5", progress=False)
     assert table.status.tolist() == [[0, 0], [2, 2]]
-    assert "The first that failed: gain 3.8 1, drive 1: the FMU crashed its process" in capsys.readouterr().err
+    assert "The first that failed: gain 3.8, drive 1: the FMU crashed its process" in capsys.readouterr().err
     (tmp_path / "service").mkdir()
     assert Library(tmp_path / "service").add_table("lag", (tmp_path / "t.h5").read_bytes())
 

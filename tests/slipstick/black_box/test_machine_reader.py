@@ -36,7 +36,7 @@ def test_a_machine_survives_its_spec(folder: Path) -> None:
     assert BlackBoxDescription.from_spec(machine.spec()) == machine
     assert [entry.name for entry in machine.inputs] == ["resistance", "friction"]
     assert machine.input("friction").nominal == 0.1
-    assert BlackBox.open(folder / "motor.toml").cases.described(0) == "voltage 12 V, inertia 0.002 kg m^2"
+    assert BlackBox.open(folder / "motor.toml").cases.described(0) == "voltage 12 V, inertia 0.002 kg m²"
 
 
 def test_the_digest_is_that_of_machine_and_simulator(folder: Path) -> None:

@@ -17,7 +17,7 @@ from slipstick.clutch.model import Model
 from slipstick.errors import InvalidValue
 from slipstick.recordings import Recordings, Signals
 from slipstick.recordings.signals import SIGNAL_UNITS
-from slipstick.report.calibration import calibration_text
+from slipstick.report.calibration import calibration_summary, calibration_text
 from tests.benches import COMPACT, HEAVY, NOMINAL
 
 MEAN = np.array([1.04, 0.96, 1.03, 0.95, 1.03, 1.04, 0.95])
@@ -121,7 +121,13 @@ def test_a_parameter_at_its_bound_is_named() -> None:
     narrow = replace(COMPACT, priors=tuple(
         replace(prior, lower=0.97) if name == "friction_coefficient" else prior
         for name, prior in zip(parameters.NAMES, COMPACT.priors, strict=True)))
-    assert "friction_coefficient" in calibrate(recordings(COMPACT, 6), narrow).at_bound
+    found = calibrate(recordings(COMPACT, 6), narrow)
+    assert "friction_coefficient" in found.at_bound
+    nominal = 1e5 * COMPACT.physics.nominal[parameters.NAMES.index("friction_coefficient")]  # N m/bar
+    upper = COMPACT.prior("friction_coefficient").upper
+    bounds = f"within {0.97 * nominal:.4g} to {upper * nominal:.4g} N m/bar"
+    assert f"at a bound, no estimate: {bounds}" in calibration_text(found)
+    assert f"friction coefficient ({bounds})" in " ".join(calibration_summary(found))
 
 
 LINKED = {"current_gain", "temperature_gain", "initial_position", "friction_coefficient"}
@@ -144,7 +150,7 @@ def test_what_the_other_signals_determine_is_recovered_and_the_rest_is_listed(
     some = replace(every, signals=replace(every.signals, **dict.fromkeys(missing)))
     found = calibrate(some, HEAVY)
     assert found.converged
-    assert f"Not measured: {', '.join(missing)}" in calibration_text(found)
+    assert f"Not measured: {', '.join(missing).replace('_', ' ')}" in calibration_text(found)
     assert ("Not determined by these recordings" in calibration_text(found)) == bool(undetermined)
     # Without pressure the other signals tell about as little of the pressure bias as its bounds.
     assert set(found.undetermined) - ({"pressure_bias"} if "pressure" in missing else set()) == undetermined

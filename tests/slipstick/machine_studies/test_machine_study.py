@@ -16,10 +16,11 @@ from slipstick.engine.simulation import simulate_runs
 from slipstick.errors import BadRecording, InvalidValue, UnknownName
 from slipstick.interface.machine_study import MachineStudy
 from slipstick.machine import Effect, Kind, Machine, Runs, list_experiments
-from slipstick.machine_studies import study_machine
+from slipstick.machine_studies import MachineStudyResult, study_machine
 from slipstick.report import made
-from slipstick.report.machine_study import advise, warnings
-from slipstick.report.study.parts import Items
+from slipstick.report.calibration import calibration_page
+from slipstick.report.machine_study import advise, coefficient_table, sections, warnings
+from slipstick.report.study.parts import Items, Section, Table
 from slipstick.storage.library import Library
 from slipstick.storage.shipped import FOLDER
 from slipstick.time_budget import TimeBudgetEnded
@@ -100,9 +101,74 @@ def test_a_machine_without_the_effect_lacks_nothing(folder: Path) -> None:
     assert study.answer == "Nothing is missing that these recordings could show"
     assert (study.result.kind, study.result.gap, study.findings) == ("none", None, [])
     assert list(study.pictures()) == ["overlay", "signals"]
-    items, = advise(study.result).parts
-    assert isinstance(items, Items)
-    assert [lead for lead, _ in items.entries] == ["Keep the model:", "Next experiment:"]
+    entries = [lead for part in advise(study.result).parts if isinstance(part, Items) for lead, _ in part.entries]
+    assert entries == ["Keep the model:", "Take over:", "Where it holds:", "Next experiment:"]
+
+
+def test_the_box_has_conditions_new_parameters_and_numbers_of_the_law(studied: MachineStudy) -> None:
+    result = studied.result
+    text, rows = tell(advise(result))
+    assert ("fan voltage 1 to 8 V, heater voltage 0 to 60 V and room temperature 18 to 24 °C: what was recorded."
+            ) in text["Where it holds:"]
+    finding, transfer = studied.findings[0], next(each for each in result.parameters if each.name == "transfer")
+    assert finding.law is not None
+    assert finding.law.x is not None
+    assert finding.law.formula is not None
+    # Beside this value the law is 0 where the report says so: together they are the bench's cooling there.
+    zero = float(re.findall(r"it is 0 at a temperature of ([\d.]+) °C", text["Add:"])[0])
+    assert np.interp(zero, finding.law.x, finding.law.formula) == pytest.approx(0, abs=1e-3)
+    assert transfer.value == pytest.approx(0.5 * (1 + SLOPE * (zero - 21)), rel=0.05)
+    assert ("transfer", f"{transfer.value:#.4g} W/K", f"{transfer.lower:#.4g} to {transfer.upper:#.4g} W/K",
+            "0.5000 W/K") in rows
+    rise, by_equation = (float(number) for number in re.findall(r"([\d.]+) %", text["Measured:"]))
+    assert by_equation == pytest.approx(rise, rel=0.15)
+
+
+def tell(section: Section) -> tuple[dict[str, str], list[tuple[str, ...]]]:
+    """Return lead -> text of the entries of a section, and the rows of its tables."""
+    entries = [entry for part in section.parts if isinstance(part, Items) for entry in part.entries]
+    return dict(entries), [row for part in section.parts if isinstance(part, Table) for row in part.rows]
+
+
+def test_the_report_compares_a_finding_with_the_next_best(studied: MachineStudy) -> None:
+    finding, = studied.findings
+    assert finding.next_best is not None
+    assert finding.next_best.nats is not None
+    assert finding.next_best.behind is not None
+    assert finding.nats > finding.next_best.nats
+    assert finding.next_best.behind > 2.5  # standard errors: or it would be a rival
+    text, _ = tell(find_section(studied.result, "Finding: cooling that depends on the temperature (proportional)"))
+    assert text["Rivals:"].startswith("no other pair of quantity and dependence is close. The next best is ")
+    assert f"({finding.next_best.nats:.4g} nats, behind by " in text["Rivals:"]
+    tie = replace(finding, rivals=[replace(finding.next_best, depends_on="temperature", quantity="lost heat")])
+    text, _ = tell(advise(replace(studied.result, findings=[tie])))
+    assert "runs over the temperature alone do not tell cooling and lost heat apart" in text["Next experiment:"]
+
+
+def find_section(result: MachineStudyResult, title: str) -> Section:
+    return next(section for section in sections(result, []) if section.title == title)
+
+
+def test_parameters_are_shown_with_and_without_the_findings_and_marked(studied: MachineStudy) -> None:
+    marked = replace(studied.result.parameters[0], before=0.7, beyond_before=True, beyond=False, determined=False)
+    result = replace(studied.result, parameters=[marked, *studied.result.parameters[1:]])
+    table, = (part for part in find_section(result, "Parameters").parts if isinstance(part, Table))
+    assert table.head[1:4] == ("declared", "mean without", "mean with the findings")
+    assert (table.rows[0][2], table.rows[0][-1]) == ("0.7000 m/s/V (outside of what is declared)", "not determined")
+    transfer = next(row for row in table.rows if row[0] == "transfer")
+    before = next(each.before for each in result.parameters if each.name == "transfer")
+    assert transfer[1:3] == ("0.5000 W/K", f"{before:#.4g} W/K")
+
+
+def test_a_finding_whose_block_leaves_more_than_noise_is_not_to_be_added_yet(studied: MachineStudy) -> None:
+    result = replace(studied.result, blocks=[replace(block, unexplained=block.name == "plate")
+                                             for block in studied.result.blocks])
+    text, _ = tell(advise(result))
+    assert "With it, “plate” still leaves more than noise" in text["Do not add yet:"]
+    assert "Add:" not in text
+    estimate = replace(studied.findings[0].coefficients[0], lower=-1.0, upper=1.0)
+    _, rows = coefficient_table(replace(studied.findings[0], coefficients=[estimate]))
+    assert rows[0][-1].endswith(", contains 0")
 
 
 def test_a_calibration_tells_parameters_and_what_is_left(folder: Path) -> None:
@@ -111,7 +177,15 @@ def test_a_calibration_tells_parameters_and_what_is_left(folder: Path) -> None:
     known = {each.name: each for each in fitted.parameters}
     assert known["fan lag"].lower < 2.0 < known["fan lag"].upper
     assert all(chi < 1.1 for chi in fitted.chi_square.values())
-    assert slipstick.calibrate(machine, folder / "of_bench.h5", progress=False).chi_square["plate"] > 1.5
+    lacking = slipstick.calibrate(machine, folder / "of_bench.h5", progress=False)
+    assert lacking.chi_square["plate"] > 1.5
+    job = {"id": "a", "recordings": "of_bench", "recordings_digest": "d", "model_digest": None, "submitted": "",
+           "ended": ""}
+    for each, chi_square in ((lacking, 2.5), (fitted, 1.0)):
+        result = {**each.to_dict(), "chi_square": {**each.chi_square, "plate": chi_square}}
+        page = calibration_page(job, {"result": result, "seconds": {}, "processor_seconds": {}})
+        assert ("An effect is missing:" in page) == (each is lacking)
+        assert "0.5000 W/K" in page  # as declared
 
 
 def test_a_study_is_saved_and_opened_with_its_pictures(studied: MachineStudy, tmp_path: Path) -> None:
@@ -120,12 +194,12 @@ def test_a_study_is_saved_and_opened_with_its_pictures(studied: MachineStudy, tm
     assert again.to_dict() == studied.to_dict()
     assert list(again.pictures()) == ["overlay", "law", "signals"]
     page = studied.report(tmp_path / "study.html").read_text()
-    for text in ("cooling that depends on the temperature", "W/K", "degC", "with the control", "heated plate"):
+    for text in ("cooling that depends on the temperature", "W/K", "°C", "with the control", "heated plate"):
         assert text in page
     finding, gap = studied.findings[0], studied.result.gap
     assert gap is not None
     box = page[page.index("What to do"):page.index("Machine heated plate · recordings")]
-    for text in (f"{finding.equation}.", "Where it holds:", "Next experiment:", "instead of",
+    for text in ("1/°C) * temperature, up to a constant", "Where it holds:", "Next experiment:", "instead of",
                  f"closes {100 * min(gap.closed, 1):.0f} % of its gap", *(
                      f"{each.lower:#.4g} to {each.upper:#.4g}" for each in finding.coefficients)):
         assert text in box

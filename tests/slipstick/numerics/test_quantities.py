@@ -5,7 +5,7 @@ import pytest
 
 from slipstick.black_box import BlackBoxDescription, Input, Quantity
 from slipstick.errors import UnknownName
-from slipstick.numerics.quantities import NotAQuantity, convert, factor_of, in_unit
+from slipstick.numerics.quantities import NotAQuantity, convert, describe_quantity, factor_of, in_unit, raised
 from slipstick.table.physical_values import PhysicalInput, physical_inputs
 from tests.benches import NOMINAL
 
@@ -82,3 +82,12 @@ def test_an_unknown_input_is_refused() -> None:
         physical_inputs(NOMINAL, ("pressure",), (1.0,), (0.1,))
     with pytest.raises(UnknownName):
         physical_inputs(MOTOR, ("initial_position",), (1.0,), (0.1,))
+
+
+@pytest.mark.parametrize(("unit", "read"), [
+    ("kg m^2", "kg m²"), ("1/(degC)", "1/°C"), ("N m/(rad/s)", "N m/(rad/s)"), ("bar^0.5", "bar^0.5"),
+    ("(0.002 1/(bar)) * pressure^2", "(0.002 1/bar) * pressure²")])
+def test_units_are_written_as_people_read_them(unit: str, read: str) -> None:
+    assert raised(unit) == read
+    assert describe_quantity("load", 6.0, unit) == f"load 6 {read}"
+    assert describe_quantity("load", 6.0, "1") == "load 6"

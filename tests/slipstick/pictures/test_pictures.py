@@ -324,7 +324,7 @@ def test_a_propagation_for_another_machine_speaks_of_its_output() -> None:
            "density": None, "density_time": None}
     answer = {"axes": [{"name": "voltage"}], "conditions": [one], "output": SPEED}
     spec = propagation.draw(answer, [0.05], {"load [N m]": [3.0]})
-    assert spec["title"]["text"] == "Condition 0 has a final speed of 1500 rpm, with a std of 20.0 rpm"
+    assert spec["title"]["text"] == "Condition 0 has a final speed of 1500 rpm, with a standard deviation of 20.0 rpm"
     text = json.dumps(spec)
     assert "final speed [rpm]" in text
     assert "ms]" not in text

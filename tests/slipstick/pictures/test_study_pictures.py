@@ -329,12 +329,13 @@ def test_the_shades_of_the_worse_fit_include_its_deficit(
     before, after = ({row["band"] for row in panel["layer"][0]["data"]["values"]} for panel in spec["hconcat"])
     assert before == {"100 to 300", "300+"}
     assert after >= {"0 to 1", "100 to 300"}
-    assert spec["title"]["text"] == "With the extended model, the same fit makes the recordings 120 decades more likely"
+    assert spec["title"]["text"] == \
+        "With the extended model, the same fit makes the recordings 120.0 decades more likely"
     assert "Output noise: 12 ms before, 3 ms after." in spec["title"]["subtitle"][0]
     assert len(marks(spec, "symbol")) == 4
     for fit, likelihood in zip(both_fits.values(), (-269.0, -389.0), strict=True):
         fit["result"]["log10_likelihood"] = likelihood
-    assert "120 decades less likely" in draw(both_fits)["title"]["text"]
+    assert "120.0 decades less likely" in draw(both_fits)["title"]["text"]
     json.dumps(spec, allow_nan=False)
 
 

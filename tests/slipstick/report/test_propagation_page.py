@@ -1,5 +1,6 @@
 """The picture and the page of a propagation: every condition, quantiles, Sobol bars, warnings first."""
 
+import re
 from collections.abc import Callable
 from typing import Any
 from xml.etree import ElementTree
@@ -39,7 +40,7 @@ def texts(spec: dict[str, Any]) -> list[str]:
 def test_every_condition_has_its_density_quantiles_and_bars() -> None:
     spec = draw(answer(condition(0), condition(215)), [0.05, 0.95], CONDITIONS)
     assert spec["title"]["text"] == ("Standard deviations of 20.0 to 20.0 ms in 2 conditions; the pressure bias causes "
-                                     "most of the variance in 2 of them")
+                                     "most of the variance in all of them")
     assert [row["title"]["text"] for row in spec["vconcat"]] == [
         "0: profile 0, motor 105 rad/s, 6 kg m², brake 20 N m",
         "215: profile 2, motor 199 rad/s, 14 kg m², brake 80 N m"]
@@ -57,10 +58,30 @@ def test_every_condition_has_its_density_quantiles_and_bars() -> None:
 def test_dependent_inputs_have_no_bars_and_no_noise_no_density() -> None:
     one = condition(0, first_order=None, total=None, density=None, density_time=None)
     spec = draw(answer(one), [0.05, 0.95], CONDITIONS)
-    assert spec["title"]["text"] == "Condition 0 locks at 600.0 ms, with a std of 20.0 ms"
+    assert spec["title"]["text"] == "Condition 0 locks at 600.0 ms, with a standard deviation of 20.0 ms"
     assert "the inputs are dependent" in " ".join(spec["title"]["subtitle"])
     assert len(spec["vconcat"][0]["hconcat"]) == 1
     assert "area" not in str(spec)
+    # The caption speaks of what is drawn.
+    for word in ("density", "Right", "share of the variance"):
+        assert word in draw(answer(condition(0)), [0.05, 0.95], CONDITIONS)["description"]
+        assert word not in spec["description"]
+    bare = draw(answer(condition(0, quantiles=[])), [], CONDITIONS)
+    assert "quantiles" not in bare["description"]
+
+
+def test_the_page_has_the_shell_of_reports(reading: Callable[[str], Any]) -> None:
+    axes = [{"name": "pressure_bias", "nominal": 1.6, "unit": "bar"},
+            {"name": "initial_position", "nominal": 5e-4, "unit": "m"}]
+    given = answer(condition(0), condition(215), axes=axes)
+    parsed = reading(propagation_page(given, REQUEST, CONDITIONS, "../"))
+    links = [attributes["href"] for tag, attributes in parsed.elements if tag == "a"]
+    assert links == ["../", "#distributions", "#numbers", "#inputs", "#provenance"]
+    assert "Standard deviations of 20.0 to 20.0 ms in 2 conditions" in parsed.text[:parsed.text.index("Numbers")]
+    row = re.sub(r"\s", "", "initial position normal 1 0.08 0.5 mm 0.04 mm")
+    assert row in re.sub(r"\s", "", parsed.text)
+    assert "../" not in [attributes.get("href") for _, attributes in
+                         reading(propagation_page(given, REQUEST, CONDITIONS)).elements]
 
 
 @pytest.mark.parametrize(("changes", "warning"), [

@@ -10,6 +10,8 @@ import pytest
 from slipstick.inference.figures import figure_data
 from slipstick.inference.problems import table_problem
 from slipstick.pictures import CAPTIONS
+from slipstick.recordings import Recordings
+from slipstick.recordings.shipped import SIMULATED
 from slipstick.report import costs, page, words
 from slipstick.storage.library import Library
 from slipstick.uncertainty import fit
@@ -34,10 +36,22 @@ def test_the_page_reports_the_results(made: Made, reading: Read) -> None:
                  "Identified: 1.00 × mean of pressure bias + 1.00 × mean of initial position, standard error "
                  "1\u00a0% of the range.",
                  "search 9 s", "a1b2", "c3d4", "a bench",
-                 "mean searched from 0.5 to 1.5 multiples of nominal; random numbers from seed 7",
-                 "recordings are simulated"):
+                 "mean searched from 0.5 to 1.5 multiples of nominal; random numbers from seed 7"):
         assert text in parsed.text, text
     assert parsed.count("figure") == len(CAPTIONS)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_shipped_recordings_are_known_by_their_numbers_and_not_by_their_name(made: Made, reading: Read) -> None:
+    assert {Recordings.open(name).digest for name in ("measured", "measured-compact", "sample")} == SIMULATED
+    renamed = {**FIT, "recordings": "mine", "recordings_digest": Recordings.open("sample").digest}
+    text = reading(page(renamed, made())).text
+    assert "recordings mine (shipped, simulated)" in text
+    assert "These recordings are shipped and simulated" in text
+    text = reading(page(FIT, made())).text  # called as a shipped one
+    assert "recordings measured" in text
+    assert "simulated:" not in text
+    assert "(shipped" not in text
 
 
 @pytest.mark.slow

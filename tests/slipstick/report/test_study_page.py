@@ -12,7 +12,7 @@ import pytest
 
 from slipstick.confirmation.simulated import RANDOM
 from slipstick.law_files import FORMATS, write_law
-from slipstick.pictures.study import study_pictures
+from slipstick.pictures.study import study_pictures, surfaces
 from slipstick.report.study.fits import numbers, same_fit
 from slipstick.report.study.limits import limits
 from slipstick.report.study.page import study_page
@@ -90,7 +90,8 @@ def test_the_page_begins_with_what_to_do(studied: Studied, reading: Read) -> Non
     assert after is not None
     assert one.counted is not None
     text = reading(page(result, figures, {**STUDY, "bench": "heavy"})).text
-    body = text[text.index("Slipstick ·"):]
+    body = text[text.index("Slipstick · study of few"):]
+    assert body.index("first-study") > body.index("Provenance")  # an identifier says nothing to a reader
     # The answer, how sure it is, what to do, and what was studied, before any section.
     order = [body.index(words) for words in (
         "Missing: slip-speed-dependent friction", f"Confidence {one.confidence:.2f}: of {one.counted.of} findings",
@@ -521,21 +522,22 @@ def test_where_no_block_was_tested_the_page_has_what_the_simulation_says(studied
     assert "What decided" not in times
 
 
-# The section on the same fit on both tables of a study: numbers in units, or instructions to add it.
+# The section on the same fit on both tables of a study: numbers in units, or who compares them.
 
 
 BEFORE, AFTER = (SimulationResult({}, {}, {}, 0.0, True, {
     "parameters": {"pressure_bias": bar, "initial_position": 5e-4},
     "units": {"pressure_bias": "bar", "initial_position": "m"}}) for bar in (3.2, 1.6))
 RESULT = StudyResult("effect", "", [], [], [], BEFORE, AFTER, Gap({}, [], [], None), 24, {}, "", "")
-LINKED: dict[str, Any] = {"id": "mine", "links": {"self": "/v1/studies/mine"}}
 
 
 def test_the_numbers_of_both_fits_are_in_units(both_fits: dict[str, dict[str, Any]]) -> None:
     assert list(numbers(RESULT, both_fits)) == [
         ("log10 likelihood", "−389.00", "−269.00"),
-        ("mean of pressure bias [bar]", "3.2", "1.6"), ("mean of initial position [mm]", "0.5", "0.5"),
-        ("scatter of pressure bias [bar]", "0.16", "0.08"), ("scatter of initial position [mm]", "0.025", "0.025"),
+        ("mean of pressure bias [bar]", "3.2", "1.6"),
+        ("scatter of pressure bias [bar]", "0.16, 5 % of the mean", "0.08, 5 % of the mean"),
+        ("mean of initial position [mm]", "0.5", "0.5"),
+        ("scatter of initial position [mm]", "0.025, 5 % of the mean", "0.025, 5 % of the mean"),
         ("output noise [ms]", "12", "3")]
     both_fits["before"]["result"]["log10_likelihood"] = None
     assert next(numbers(RESULT, both_fits)) == ("log10 likelihood", "−∞", "−269.00")
@@ -544,20 +546,31 @@ def test_the_numbers_of_both_fits_are_in_units(both_fits: dict[str, dict[str, An
 @pytest.mark.parametrize("picture", ["<figure></figure>", ""])
 def test_the_section_states_the_provenance_of_its_numbers(
         both_fits: dict[str, dict[str, Any]], reading: Callable[[str], Any], picture: str) -> None:
-    parsed = reading(same_fit(LINKED, RESULT, both_fits, picture))
+    parsed = reading(same_fit(RESULT, both_fits, picture))
     for phrase in ("The same fit on the tables of both models", "fit fit-before, table table-before, SHA-256 a1b2",
                    "fit fit-after, table table-after, SHA-256 c3d4"):
         assert phrase in parsed.text
     assert parsed.count("figure") == bool(picture)
 
 
-def test_without_fits_the_section_has_instructions(reading: Callable[[str], Any]) -> None:
-    text = reading(same_fit(LINKED, RESULT, None, "")).text
-    for phrase in ("GET /v1/studies/mine/model?which=before", "slipstick build --bench BENCH --model", "POST /v1/fits",
-                   "/v1/studies/mine/report?before=FIT&after=FIT"):
-        assert phrase in text
-    assert "/v1/studies/ID/report" in same_fit({"id": "mine"}, RESULT, None, "")
+def test_a_value_at_a_bound_of_the_search_is_marked(both_fits: dict[str, dict[str, Any]]) -> None:
+    both_fits["after"]["result"]["remarks"] = [{"unknown": "output std", "at_bound": True}]
+    *_, noise = numbers(RESULT, both_fits)
+    assert noise == ("output noise [ms]", "12", "3 (at a bound of the search)")
+
+
+def test_the_decades_of_both_fits_are_those_of_the_picture(both_fits: dict[str, dict[str, Any]]) -> None:
+    assert "are 120.0 decades (factors of ten) more likely" in same_fit(RESULT, both_fits, "")
+    drawn = surfaces.draw(RESULT, both_fits)
+    assert drawn is not None
+    assert "recordings 120.0 decades more likely" in drawn["title"]["text"]
+
+
+def test_without_fits_a_sentence_says_who_compares_them(reading: Callable[[str], Any]) -> None:
+    text = reading(same_fit(RESULT, None, "")).text
+    assert "Not compared in this report." in text
+    assert "GET" not in text
 
 
 def test_without_an_added_effect_there_is_no_section() -> None:
-    assert same_fit(LINKED, replace(RESULT, gap=None), None, "") == ""
+    assert same_fit(replace(RESULT, gap=None), None, "") == ""
