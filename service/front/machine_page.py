@@ -66,7 +66,9 @@ def about_machine(known: KnownMachine) -> str:
     if declared is None:
         inputs = known.outputs[0].about.inputs if known.outputs else ()
         return f"{plural(len(inputs), 'input')}, {plural(known.experiments, 'condition')}{tables}"
-    blocks = f"{plural(len(declared.blocks), 'block')} ({listed([each.name for each in declared.blocks])})"
+    blocks = plural(len(declared.blocks), "block")
+    if declared.blocks:
+        blocks += f" ({listed([each.name for each in declared.blocks])})"
     run = plural(known.experiments, "experiment") if known.experiments else "no experiments of its own"
     return f"{blocks}, {plural(len(_parameters(declared.blocks)), 'parameter')}, {run}{tables}"
 
