@@ -13,7 +13,7 @@ from test_problems import problem
 from service.settings import Settings
 from slipstick.errors import BadBench, BadRecording, BadTable, LimitExceeded
 from slipstick.storage.library import Library
-from slipstick.storage.versions import holds_table
+from slipstick.storage.versions import _open_verified, holds_table, open_bench, open_recordings
 from tests.benches import TABLES
 
 CSV = {"Content-Type": "text/csv"}
@@ -53,15 +53,41 @@ def test_a_broken_file_concerns_itself_alone(client: httpx.Client, folder: Path)
     assert not os.path.lexists(folder / "dangling.h5")
 
 
+def test_each_of_many_files_is_opened_once_for_lists_and_forms(client: httpx.Client, folder: Path) -> None:
+    for number in range(20):  # more than the contents that are kept
+        for name in ("nominal.h5", "measured.h5", "heavy.toml"):
+            stem, _, form = name.partition(".")
+            shutil.copy(folder / name, folder / f"{stem}-{number}.{form}")
+    pages = ("/", "/upload", "/find", "/tables/nominal", "/recordings/measured", "/benches/heavy", "/v1/tables",
+             "/v1/recordings", "/v1/benches")
+
+    def count_opened() -> int:
+        for page in pages:
+            client.get(page).raise_for_status()
+        return sum(each.cache_info().misses for each in (_open_verified, open_recordings, open_bench))
+
+    count_opened()
+    opened = count_opened()
+    assert count_opened() <= opened + 6  # the files of the pages, whose contents may be forgotten
+    client.patch("/v1/recordings/measured-3", json={"name": "renamed"}).raise_for_status()
+    client.delete("/v1/benches/heavy-3").raise_for_status()
+    (folder / "heavy-4.toml").write_text((folder / "heavy-4.toml").read_text().replace('title = "', 'title = "Other '))
+    front = client.get("/").text
+    assert "/recordings/renamed" in front
+    assert "/recordings/measured-3\"" not in front
+    assert "/benches/heavy-3\"" not in front
+    titles = {each["name"]: each["title"] for each in client.get("/v1/benches").json()["benches"]}
+    assert titles["heavy-4"] == f"Other {titles['heavy-5']}"
+
+
 def test_a_file_that_vanishes_is_an_error_of_that_file(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     library = Library(folder)
     names = [(library.table, "nominal", BadTable), (library.recording, "measured", BadRecording),
              (library.bench, "heavy", BadBench)]
     for opened, name, _ in names:
         opened(name)
-    for known in ("has_table", "has_recordings"):
+    for known in ("has_table", "has_recordings", "has_bench"):
         monkeypatch.setattr(Library, known, lambda *_: True)
-    monkeypatch.setattr(Library, "benches", lambda _: ["heavy"])
     for path in folder.iterdir():
         path.unlink()
     monkeypatch.setattr(Path, "is_file", lambda _: True)  # it vanishes after this check
