@@ -6,7 +6,7 @@ import re
 import secrets
 import shutil
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -285,7 +285,8 @@ class Library:
     def _remove(self, kind: str, name: str, known: list[str], form: str) -> None:
         if name not in known:
             raise UnknownName.of(kind, name, known)
-        (self.folder / f"{name}.{form}").unlink(missing_ok=True)
+        with _change(kind, name):
+            (self.folder / f"{name}.{form}").unlink()
 
     def rename_table(self, name: str, new: str) -> None:
         """Rename the file of the table `name`, valid or not.
@@ -306,9 +307,14 @@ class Library:
         require_name(new)
         if name not in known:
             raise UnknownName.of(kind, name, known)
-        old = self.folder / f"{name}.{form}"
-        os.link(old, self.folder / f"{new}.{form}", follow_symlinks=False)  # a rename could replace a file
-        old.unlink(missing_ok=True)
+        old, linked = self.folder / f"{name}.{form}", self.folder / f"{new}.{form}"
+        with _change(kind, name):
+            os.link(old, linked, follow_symlinks=False)  # a rename could replace a file
+            try:
+                old.unlink()
+            except FileNotFoundError:  # another request has deleted or renamed it in the meantime
+                linked.unlink(missing_ok=True)
+                raise
 
     def _require_engagements(self, count: int) -> None:
         if self.most_engagements is not None and count > self.most_engagements:
@@ -358,6 +364,21 @@ class Library:
 
     def _files(self, suffix: str = ".h5") -> list[Path]:
         return [path for path in self.folder.glob(f"*{suffix}") if _NAME.fullmatch(path.stem)]
+
+
+@contextmanager
+def _change(kind: str, name: str) -> Iterator[None]:
+    """Raise `UnknownName` if the file that is deleted or renamed vanishes meanwhile, `InvalidValue` if it must stay."""
+    try:
+        yield
+    except FileExistsError:
+        raise
+    except FileNotFoundError:
+        raise UnknownName(f"The {kind} '{name}' was deleted or renamed at the same time",
+                          "List the files, and choose one of them") from None
+    except OSError as error:
+        raise InvalidValue(f"The {kind} '{name}' cannot be deleted or renamed ({error.strerror})",
+                           "Let the administrator of the service check the folder of the tables") from error
 
 
 def require_name(name: str) -> None:
