@@ -22,6 +22,7 @@ from slipstick.black_box import BlackBox
 from slipstick.black_box.known import KnownMachine, list_known
 from slipstick.engine.simulation import simulate_runs
 from slipstick.machine import Effect, Parameter, list_experiments, open_machine, write_runs
+from slipstick.pictures import units
 from slipstick.storage.database import open_database
 from tests.service.conftest import Serving
 from worker import heartbeat, known_machines
@@ -179,6 +180,18 @@ def test_texts_of_a_declaration_stay_texts(client: httpx.Client, tell: Tell) -> 
         assert mark not in page
         assert "<b>" not in page
         assert Forms(page).inline == []
+
+
+def test_lists_of_a_declaration_may_be_empty(client: httpx.Client, tell: Tell) -> None:
+    quantity = replace(MOTOR.declared.blocks[0].quantities[0], over=())
+    block = replace(MOTOR.declared.blocks[0], quantities=(quantity,))
+    tell(replace(MOTOR, declared=replace(MOTOR.declared, blocks=(block,), commands=(), conditions=())))
+    page = words(client.get("/machines/dc motor").raise_for_status().text)
+    assert "all combinations of nothing" in page
+    assert f"{quantity.name} {units.raised(quantity.unit)} nothing" in page
+    tell(KnownMachine("dc motor", replace(MOTOR.declared, blocks=()), ()))
+    for path in ("/", "/machines/dc motor"):
+        assert "0 blocks, 0 parameters" in words(client.get(path).raise_for_status().text)
 
 
 def test_odd_numbers_of_a_declaration_are_left_out(client: httpx.Client, tell: Tell) -> None:
