@@ -28,8 +28,8 @@ from slipstick.black_box.known import KnownMachine, list_known
 from slipstick.storage.database import open_database
 from tests.benches import TABLES
 from tests.slipstick.acquisition.conftest import LOCK, archive, csv, run
+from tests.slipstick.acquisition.sled import DRIVEN, SLED, STANDSTILLS, as_csv, recording
 from tests.slipstick.acquisition.sled import MAP as OF_SLEDS
-from tests.slipstick.acquisition.sled import SLED, STANDSTILLS, as_csv, recording
 from worker import heartbeat, known_machines
 
 PAGES = ("/", "/upload", "/find", "/compare", "/recordings/measured", "/tables/nominal", "/benches/heavy")
@@ -221,7 +221,7 @@ def test_a_preview_says_what_would_be_imported_and_stores_nothing(client: httpx.
 def sled(folder: Path) -> None:
     """A worker has told of the sled, which was called with signs of HTML and TOML, and of a machine without channels.
     """
-    tell_of(folder, [*list_known([replace(SLED, name=MACHINE)], []), *list_known([], BlackBox.open_all("two_tanks"))])
+    tell_of(folder, [*list_known([replace(DRIVEN, name=MACHINE)], []), *list_known([], BlackBox.open_all("two_tanks"))])
 
 
 MACHINE = 'the <b>"sled"</b>'
@@ -261,6 +261,9 @@ def test_files_of_a_machine_are_proposed_previewed_and_imported(client: httpx.Cl
     assert (body["recordings"]["machine"], body["computed"], len(body["engagements"])) == (MACHINE, None, 5)
     assert [[each["title"] for each in run["pictures"]] for run in body["pictures"]] == 2 * [
         ["position [m]", "speed [m/s]", "drive voltage [V]"]]
+    assert body["doubts"] == []
+    wrong = send({**files, "channels.toml": mapping.replace("mm/s", "m/s").encode()}, preview="true").json()["doubts"]
+    assert [doubt.partition(" m/s in")[0] for doubt in wrong] == ["speed reaches 501.22"]
     assert not (folder / "tables" / "moves.h5").exists()
     stored = send(files)
     assert stored.status_code == 201

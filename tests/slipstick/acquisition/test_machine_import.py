@@ -15,9 +15,10 @@ from scipy.io import savemat
 
 from slipstick.acquisition import open_source, propose_for_machine, read_machine_mapping
 from slipstick.acquisition.mapping import ChannelRef, Standstills
+from slipstick.black_box.ranges import simulate_ranges
 from slipstick.errors import BadRecording
 from slipstick.machine import Block, Command, Condition, Machine, Sensor, read_runs, require_runs, write_runs
-from tests.slipstick.acquisition.sled import MAP, MOVE, REST, SLED, STANDSTILLS, as_csv, imported, recording
+from tests.slipstick.acquisition.sled import DRIVEN, MAP, MOVE, REST, SLED, STANDSTILLS, as_csv, imported, recording
 
 WHOLE = round((REST + MOVE) / 1e-3)  # samples from one standstill to the next
 STROKES = '[runs]\ncut = "reversals"\nchannel = "x"\nlevel = 50\n'
@@ -397,3 +398,12 @@ def test_a_condition_and_a_command_of_another_order_than_declared_are_doubted(va
     found = imported(recording(6), text=text, machine=machine)
     assert sum("Check its unit" in doubt for doubt in found.doubts) == expected
     assert any(remark.startswith("load is 3") for remark in found.remarks)
+
+
+@pytest.mark.parametrize(("unit", "doubts"), [("mm/s", ()), (
+    "m/s", ("speed reaches 501.22 m/s in the runs, and 0.5 m/s in the experiments that the machine declares. Check its "
+            "unit",))])
+def test_a_signal_of_another_order_than_in_the_experiments_of_the_machine_is_doubted(
+        unit: str, doubts: tuple[str, ...]) -> None:
+    assert imported(recording(), text=edited("mm/s", unit), machine=DRIVEN,
+                    ranges=simulate_ranges(DRIVEN)).doubts == doubts
