@@ -8,8 +8,7 @@ from slipstick.errors import BadRecording
 from slipstick.numerics.quantities import NotAQuantity, convert, is_unit
 
 _BRACKET = re.compile(r"(?P<name>.+?)\s*[\[(](?P<content>[^\[\]()]*)[\])]")
-_SPELLINGS = {"Nm": "N m", "N*m": "N m", "N·m": "N m", "N.m": "N m", "U/min": "rpm", "kg*m^2": "kg m^2",
-              "kgm²": "kg m^2", "kg m²": "kg m^2", "kgm^2": "kg m^2", "Sec": "s", "sec": "s", "-": "1"}
+_SPELLINGS = {"U/min": "rpm", "kgm²": "kg m^2", "kgm^2": "kg m^2", "Sec": "s", "sec": "s", "-": "1"}
 """Unit of a file -> the same unit as pint reads it. Of 1/min it is not known whether it means revolutions."""
 
 
