@@ -43,6 +43,8 @@ def convert_to(unit: str, written: str, values: np.ndarray, where: str) -> np.nd
     try:
         converted = convert(np.where(known, values, 0.0), spelled(written), unit)
     except NotAQuantity as error:
-        raise BadRecording(f"{where}: {error}",
-                           f'State its unit in the mapping, such as unit = "{unit}"') from None
+        if error.is_other_quantity:
+            raise BadRecording(f"{where} has the unit {written}, which is no unit of a quantity in {unit}",
+                               "Check that it is the right channel; if it is, state the unit of its numbers") from None
+        raise BadRecording(f"{where}: {error}", f"State the unit of its numbers, such as {unit}") from None
     return np.where(known, converted, np.nan)

@@ -33,11 +33,12 @@ class NotAQuantity(ValueError):
     """The text is no number with a unit of the wanted dimension; the message says why.
 
     `remedy` is how to correct the unit, empty where the text has no unit, or no number, at its place.
+    `is_other_quantity` tells that the unit is one of another dimension.
     """
 
-    def __init__(self, cause: str, remedy: str = "") -> None:
+    def __init__(self, cause: str, remedy: str = "", is_other_quantity: bool = False) -> None:
         super().__init__(cause)
-        self.remedy = remedy
+        self.remedy, self.is_other_quantity = remedy, is_other_quantity
 
 
 def in_unit(value: Any, unit: str) -> float:
@@ -77,7 +78,7 @@ def convert(values: np.ndarray, written: str, unit: str) -> np.ndarray:
         zero, factor = (registry.Quantity(number, given).to(wanted).magnitude for number in (0.0, 1.0))
     except Exception as error:  # pint raises tokenizer, attribute and arithmetic errors on malformed text
         raise NotAQuantity(f"the unit '{written[:40]}' cannot be converted to {unit} ({_tell_reason(error)})",
-                           other) from None
+                           other, _is_other_quantity(error)) from None
     if "radian" in _base(unit) and "radian" not in _base(written):
         # To pint 1/min is the same as rad/min, and a motor speed in revolutions per minute would be wrong by 2 pi.
         raise NotAQuantity(f"the unit '{written[:40]}' does not say which angle, such as rpm or rad/s",
@@ -126,11 +127,18 @@ def _tell_reason(error: Exception) -> str:
     """Why pint does not convert a unit, in words that are not those of pint."""
     import pint
 
+    if _is_other_quantity(error):
+        return "they are units of different quantities"
     if isinstance(error, pint.UndefinedUnitError):
         names = (error.unit_names,) if isinstance(error.unit_names, str) else error.unit_names
         return f"'{next(iter(names))[:40]}' is not a known unit"
-    return "they are units of different quantities" if isinstance(error, pint.DimensionalityError) else \
-        "it is not a unit"
+    return "it is not a unit"
+
+
+def _is_other_quantity(error: Exception) -> bool:
+    import pint
+
+    return isinstance(error, pint.DimensionalityError)
 
 
 @cache

@@ -407,3 +407,12 @@ def test_a_signal_of_another_order_than_in_the_experiments_of_the_machine_is_dou
         unit: str, doubts: tuple[str, ...]) -> None:
     assert imported(recording(), text=edited("mm/s", unit), machine=DRIVEN,
                     ranges=simulate_ranges(DRIVEN)).doubts == doubts
+
+
+@pytest.mark.parametrize(("channel", "says"), [
+    ("u [V]", "has the unit V, which is no unit of a quantity in m/s. Check that it is the right channel"),
+    ("u", "the unit is missing; the model uses m/s. State the unit of its numbers, such as m/s")])
+def test_a_channel_of_another_quantity_and_one_without_a_unit_are_told_apart(channel: str, says: str) -> None:
+    content = as_csv({channel if name == "u" else name: values for name, values in recording().items()})
+    with pytest.raises(BadRecording, match=re.escape(f"The channel 'u' of a.csv{':' * (channel == 'u')} {says}")):
+        imported(open_source("a.csv", io.BytesIO(content)), text=edited('"v", unit = "mm/s"', '"u"'))
