@@ -23,6 +23,7 @@ from slipstick.acquisition.mapping import FileMap
 from slipstick.acquisition.opening import FORMATS, is_measurement
 from slipstick.acquisition.result import ImportedFiles
 from slipstick.bench import Bench
+from slipstick.black_box.ranges import simulate_ranges
 from slipstick.errors import BadRecording, InvalidValue
 from slipstick.interface.progress import ProgressLine
 from slipstick.machine import Machine, open_machine, write_runs
@@ -79,9 +80,9 @@ def _import_machine(arguments: argparse.Namespace, files: Sequence[Path], machin
     if arguments.guess:
         return _guess(files[0], arguments.map, lambda source: propose_for_machine(source, machine))
     page = _require_paths(arguments)
-    mapping = open_machine_mapping(arguments.map, machine)
+    mapping, ranges = open_machine_mapping(arguments.map, machine), simulate_ranges(machine)
     imported = _read(files, arguments.map, mapping, lambda sources, plan, progress: import_runs(
-        sources, mapping, machine, plan, progress))
+        sources, mapping, machine, plan, ranges, progress))
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     with replacing(arguments.out) as temporary:
         temporary.write_bytes(write_runs(imported.runs, machine))

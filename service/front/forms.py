@@ -106,6 +106,8 @@ class Form:
     body: Literal["json", "file", "none", "other"] = "json"
     then: str = "made"
     about: str = ""
+    hint: str = ""
+    """What is said behind the words of the service where it refuses the content."""
     is_dangerous: bool = False
 
     def html(self) -> str:
@@ -115,7 +117,8 @@ class Form:
         folded = "\n".join(each.html(self.id) for each in self.experts)
         return "\n".join([
             f'<form class="act" id="{self.id}" action="{escape(self.action)}" method="post" '
-            f'data-method="{self.method}" data-body="{self.body}" data-then="{escape(self.then)}" novalidate>{hidden}',
+            f'data-method="{self.method}" data-body="{self.body}" data-then="{escape(self.then)}" '
+            f'data-hint="{escape(self.hint)}" novalidate>{hidden}',
             paragraph(self.about, "about") if self.about else "",
             f'<div class="fields">{shown}</div>' if shown else "",
             f'<details class="experts"><summary>Settings for experts</summary><div class="fields">{folded}</div>'

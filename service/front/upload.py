@@ -27,7 +27,8 @@ def upload_page(benches: Sequence[str], machines: Sequence[str], machine_tables:
                    "choice", choices=[("", "none"), *((name, name) for name in machine_tables)], place="query")]
     recordings = Form("upload-recordings", "/v1/recordings", "Upload the recordings", [
         _file("File", "CSV with a row for each engagement, or HDF5 with signals or with runs of a declared machine",
-              ".csv,.h5,.hdf5"), _NAME, bench], other if machine_tables else (), body="file")
+              ".csv,.h5,.hdf5"), _NAME, bench], other if machine_tables else (), body="file",
+        hint="Files of a logger, with other columns or separators, are added below.")
     table = Form("upload-table", "/v1/tables", "Upload the table", [
         _file("File", "HDF5, as slipstick build writes it or as your program computed it", ".h5,.hdf5"), _NAME],
         body="file")

@@ -21,7 +21,7 @@ from slipstick.acquisition.result import ImportedFiles, LeadIn, SetAside
 from slipstick.acquisition.subject import Subject, name_subject, open_subject
 from slipstick.bench import Bench
 from slipstick.errors import BadRecording
-from slipstick.machine import write_runs
+from slipstick.machine import channels_of, write_runs
 from slipstick.storage.isolated import isolated
 
 MAPPING = "channels.toml"
@@ -77,10 +77,11 @@ def answer(request: bytes) -> bytes:
         imported = import_sources(given.sources, mapping, subject, given.plan)
         lead = imported.led_in if json.loads(said)["leads_in"] else None
         return _report(imported, given, imported.computed, lead) + imported.recordings.to_bytes()
-    machine_mapping = read_machine_mapping(text, MAPPING, subject)
+    machine = channels_of(subject)
+    machine_mapping = read_machine_mapping(text, MAPPING, machine)
     given = _take_measurements(files, machine_mapping)
-    cut = import_runs(given.sources, machine_mapping, subject, given.plan)
-    return _report(cut, given, None, None) + write_runs(cut.runs, subject)
+    cut = import_runs(given.sources, machine_mapping, machine, given.plan, subject.ranges)
+    return _report(cut, given, None, None) + write_runs(cut.runs, machine)
 
 
 @dataclass(frozen=True, eq=False)

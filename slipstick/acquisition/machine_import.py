@@ -24,14 +24,14 @@ from slipstick.acquisition.numbers import Numbers, Plan
 from slipstick.acquisition.result import ImportedRuns, SetAside
 from slipstick.acquisition.tracks import Track, track
 from slipstick.errors import BadRecording
-from slipstick.machine import Command, Condition, Machine, Profile, Runs, require_runs, units_of
+from slipstick.machine import Command, Condition, Machine, Profile, Runs, SignalRange, require_runs, units_of
 from slipstick.numerics.quantities import raised
 from slipstick.recordings.signals import LARGEST
 
 _JUMP = 1e-3
 """Share of a step of the clock, or of a held command, that its jumps take: corners are joined by lines."""
 _OTHER_ORDER = 10.0
-"""Factor between a command or a condition and what is declared of it from which a unit may be wrong."""
+"""Factor between what is recorded and the experiments of the machine from which a unit may be wrong."""
 _WHOLE = 0.5
 """Share of the median length below which a run is no whole one, and does not shorten the others."""
 
@@ -55,9 +55,11 @@ class RunExcerpt(Excerpt):
 
 
 def import_runs(sources: Iterable[Source], mapping: MachineMap, machine: Machine, plan: bytes | None = None,
-                progress: Callable[[str], None] = lambda name: None) -> ImportedRuns:
+                ranges: Sequence[SignalRange] = (), progress: Callable[[str], None] = lambda name: None
+                ) -> ImportedRuns:
     """The runs of a `machine` in files, by a `mapping`; `plan` is the sheet of conditions that it names.
 
+    `ranges` are those of signals in the machine's own experiments, to which the runs are compared.
     `progress` is called with the name of each file that was read. Raises `BadRecording`, which names file, channel or
     row, if a file does not have what is mapped or no run remains.
     """
@@ -81,7 +83,7 @@ def import_runs(sources: Iterable[Source], mapping: MachineMap, machine: Machine
         raise BadRecording("No file was given", "Name the files of the recordings")
     if not candidates:
         raise _nothing_left(aside)
-    return _of_excerpts(candidates, aside, mapping, machine, tell_formats(formats), files)
+    return _of_excerpts(candidates, aside, mapping, machine, ranges, tell_formats(formats), files)
 
 
 def _list_excerpts(source: Source, mapping: MachineMap, numbers: Numbers) -> Iterator[RunExcerpt | SetAside]:
@@ -140,7 +142,7 @@ def _list_excerpts(source: Source, mapping: MachineMap, numbers: Numbers) -> Ite
 
 
 def _of_excerpts(candidates: Sequence[RunExcerpt], aside: list[SetAside], mapping: MachineMap, machine: Machine,
-                 remarks: list[str], files: int) -> ImportedRuns:
+                 ranges: Sequence[SignalRange], remarks: list[str], files: int) -> ImportedRuns:
     steps = {name: [excerpt.steps[name] for excerpt in candidates] for name in mapping.signals}
     step, chosen = choose_step({name: max(each) for name, each in steps.items()}, mapping.step)
     ends = np.array([excerpt.end for excerpt in candidates])
@@ -185,7 +187,7 @@ def _of_excerpts(candidates: Sequence[RunExcerpt], aside: list[SetAside], mappin
         doubts=(*(f"{channel.name} ('{channel.channel}') has the same value in all runs, {channel.lowest:g} "
                   f"{raised(channel.unit)}. Check its channel"
                   for channel in channels if channel.lowest == channel.highest),
-                *_doubt_sizes(runs, machine)))
+                *_doubt_sizes(runs, machine), *_doubt_signals(runs, ranges)))
 
 
 def _span(values: np.ndarray, unit: str) -> str:
@@ -201,9 +203,23 @@ def _doubt_sizes(runs: Runs, machine: Machine) -> Iterator[str]:
                  for each in machine.commands if each.profiles]
     for each, recorded, expected in declared:
         size, usual = np.abs(recorded).max(), np.abs(expected).max()
-        if not usual / _OTHER_ORDER < size < usual * _OTHER_ORDER and usual > 0:
+        if _is_other_order(size, usual):
             yield (f"{each.name} is {_span(recorded, each.unit)} in the runs, and {_span(expected, each.unit)} in the "
-                   "experiments that the machine declares. Check its unit in the mapping")
+                   "experiments that the machine declares. Check its unit")
+
+
+def _doubt_signals(runs: Runs, ranges: Sequence[SignalRange]) -> Iterator[str]:
+    """Signals whose largest magnitude is of another order in the runs than in the machine's own experiments."""
+    for each in ranges:
+        size, usual = float(np.nanmax(np.abs(runs.signals[each.signal]))), max(abs(each.lowest), abs(each.highest))
+        if _is_other_order(size, usual):
+            reached, expected = (f"{value:.5g} {raised(runs.units[each.signal])}".rstrip() for value in (size, usual))
+            yield (f"{each.signal} reaches {reached} in the runs, and {expected} in the experiments that the machine "
+                   "declares. Check its unit")
+
+
+def _is_other_order(size: float, usual: float) -> bool:
+    return usual > 0 and not usual / _OTHER_ORDER < size < usual * _OTHER_ORDER
 
 
 def _nothing_left(aside: Sequence[SetAside]) -> BadRecording:

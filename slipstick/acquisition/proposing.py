@@ -10,6 +10,7 @@ from slipstick.acquisition.opening import open_source
 from slipstick.acquisition.subject import Subject, name_subject, open_subject
 from slipstick.bench import Bench
 from slipstick.errors import BadRecording
+from slipstick.machine import channels_of
 from slipstick.storage.isolated import isolated
 
 _SECONDS = 60  # of processor time
@@ -38,6 +39,7 @@ def answer(request: bytes) -> bytes:
     """In the child process: the channels and the proposal as JSON."""
     said, _, content = request.partition(b"\n")
     source, subject = open_source(json.loads(said)["name"], io.BytesIO(content)), open_subject(said)
-    proposal = propose(source, subject) if isinstance(subject, Bench) else propose_for_machine(source, subject)
+    proposal = propose(source, subject) if isinstance(subject, Bench) else propose_for_machine(
+        source, channels_of(subject))
     proposed = UploadedProposal(source.listed(), proposal)
     return json.dumps(asdict(proposed)).encode()

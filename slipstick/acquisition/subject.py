@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from slipstick.bench import Bench
-from slipstick.machine import Machine, MachineDescription, channels_of
+from slipstick.machine import MachineDescription
 
 Subject = Path | MachineDescription
 """The file of a bench, or what a machine declares; the file of a machine is never opened here."""
@@ -17,8 +17,7 @@ def name_subject(subject: Subject, **further: str | bool) -> bytes:
     return json.dumps({**named, **further}).encode() + b"\n"
 
 
-def open_subject(said: bytes) -> Bench | Machine:
-    """Return the bench that the line names, or the machine, without equations, that it describes."""
+def open_subject(said: bytes) -> Bench | MachineDescription:
+    """Return the bench that the line names, or what it says of a machine."""
     given = json.loads(said)
-    return Bench.open(given["bench"]) if "bench" in given else channels_of(MachineDescription.from_json(
-        given["machine"]))
+    return Bench.open(given["bench"]) if "bench" in given else MachineDescription.from_json(given["machine"])

@@ -8,8 +8,7 @@ from slipstick.errors import BadRecording
 from slipstick.numerics.quantities import NotAQuantity, convert, is_unit
 
 _BRACKET = re.compile(r"(?P<name>.+?)\s*[\[(](?P<content>[^\[\]()]*)[\])]")
-_SPELLINGS = {"Nm": "N m", "N*m": "N m", "N·m": "N m", "N.m": "N m", "U/min": "rpm", "kg*m^2": "kg m^2",
-              "kgm²": "kg m^2", "kg m²": "kg m^2", "kgm^2": "kg m^2", "Sec": "s", "sec": "s", "-": "1"}
+_SPELLINGS = {"U/min": "rpm", "kgm²": "kg m^2", "kgm^2": "kg m^2", "Sec": "s", "sec": "s", "-": "1"}
 """Unit of a file -> the same unit as pint reads it. Of 1/min it is not known whether it means revolutions."""
 
 
@@ -44,6 +43,8 @@ def convert_to(unit: str, written: str, values: np.ndarray, where: str) -> np.nd
     try:
         converted = convert(np.where(known, values, 0.0), spelled(written), unit)
     except NotAQuantity as error:
-        raise BadRecording(f"{where}: {error}",
-                           f'State its unit in the mapping, such as unit = "{unit}"') from None
+        if error.is_other_quantity:
+            raise BadRecording(f"{where} has the unit {written}, which is no unit of a quantity in {unit}",
+                               "Check that it is the right channel; if it is, state the unit of its numbers") from None
+        raise BadRecording(f"{where}: {error}", f"State the unit of its numbers, such as {unit}") from None
     return np.where(known, converted, np.nan)

@@ -60,7 +60,7 @@ class Function:
 
     def _call(self, function: Callable[..., Any], arguments: Mapping[str, float]) -> float | NoResult:
         try:
-            with _limit_time(self.timeout):
+            with limit_time(self.timeout):
                 value = function(**arguments)
             return np.nan if value is None else float(value)
         except Exception as error:
@@ -89,7 +89,7 @@ def _loading_error(reference: str, reason: str) -> InvalidValue:
 
 
 @contextmanager
-def _limit_time(seconds: float) -> Iterator[None]:
+def limit_time(seconds: float) -> Iterator[None]:
     """Raise `TimeoutError` in the block after `seconds` s, in a main thread, as that of a worker is."""
     if threading.current_thread() is not threading.main_thread():
         yield

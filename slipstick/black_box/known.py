@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from slipstick.black_box.description import BlackBoxDescription
+from slipstick.black_box.ranges import simulate_ranges
 from slipstick.black_box.reader import BlackBox
 from slipstick.errors import InvalidValue
 from slipstick.machine import Machine, MachineDescription, describe_machine
@@ -60,8 +61,11 @@ class KnownMachine:
 
 
 def list_known(machines: Sequence[Machine], files: Sequence[BlackBox]) -> list[KnownMachine]:
-    """Return declared machines and what is simulated of these and others, in the order of their names."""
-    declared = {each.name: describe_machine(each) for each in machines}
+    """Return declared machines and what is simulated of these and others, in the order of their names.
+
+    The experiments of the declared ones are simulated.
+    """
+    declared = {each.name: describe_machine(each, simulate_ranges(each)) for each in machines}
     names = {*declared, *(each.description.title for each in files)}
     return [KnownMachine(name, declared.get(name), tuple(
         SimulatedOutput(each.description, len(each.cases), each.points) for each in files

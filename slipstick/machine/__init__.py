@@ -16,6 +16,7 @@ from slipstick.machine.description import (
     BlockDescription,
     EffectDescription,
     MachineDescription,
+    SignalRange,
     channels_of,
     describe_machine,
 )
@@ -33,5 +34,5 @@ from slipstick.machine.runs_file import holds_runs, read_runs, require_runs, uni
 
 __all__ = ["Block", "BlockDescription", "Command", "Condition", "Curve", "Effect", "EffectDescription", "Experiments",
            "Kind", "Machine", "MachineDescription", "Output", "Parameter", "Profile", "Quantity", "Runs", "Sensor",
-           "channels_of", "describe_machine", "evaluate_output", "has_experiments", "holds_runs", "list_experiments",
-           "open_machine", "read_runs", "require_runs", "select_profiles", "units_of", "write_runs"]
+           "SignalRange", "channels_of", "describe_machine", "evaluate_output", "has_experiments", "holds_runs",
+           "list_experiments", "open_machine", "read_runs", "require_runs", "select_profiles", "units_of", "write_runs"]

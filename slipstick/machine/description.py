@@ -50,11 +50,20 @@ class EffectDescription:
 
 
 @dataclass(frozen=True)
+class SignalRange:
+    """The `lowest` and the `highest` value of a `signal` in the machine's own experiments, in its unit."""
+
+    signal: str
+    lowest: float
+    highest: float
+
+
+@dataclass(frozen=True)
 class MachineDescription:
     """What a `Machine` declares, with the names in the place of functions.
 
     `experiments` is the number of the machine's own ones, 0 where it does not say how it is run; each takes `duration`
-    s with a sample every `step` s.
+    s with a sample every `step` s. `ranges` are those of the signals that were simulated.
     """
 
     __pydantic_config__: ClassVar[dict[str, Any]] = AS_JSON
@@ -71,6 +80,7 @@ class MachineDescription:
     outputs: tuple[Output, ...] = ()
     effects: tuple[EffectDescription, ...] = ()
     experiments: int = 0
+    ranges: tuple[SignalRange, ...] = ()
 
     @classmethod
     def from_json(cls, text: str | bytes) -> "MachineDescription":
@@ -82,8 +92,8 @@ class MachineDescription:
         return write_json(self)
 
 
-def describe_machine(machine: Machine) -> MachineDescription:
-    """Return what a machine declares."""
+def describe_machine(machine: Machine, ranges: tuple[SignalRange, ...] = ()) -> MachineDescription:
+    """Return what a machine declares, with the `ranges` of its signals that were simulated."""
     blocks = tuple(BlockDescription(
         each.name, each.signals, each.reads, each.states, each.switches, tuple(each.derived), each.parameters,
         each.quantities, each.curves) for each in machine.blocks)
@@ -94,7 +104,7 @@ def describe_machine(machine: Machine) -> MachineDescription:
     return MachineDescription(
         machine.name, blocks, machine.sensors, machine.commands, machine.conditions, tuple(machine.signals),
         machine.inputs, machine.duration, machine.step, machine.outputs, effects,
-        math.prod(choices) if has_experiments(machine) else 0)
+        math.prod(choices) if has_experiments(machine) else 0, ranges)
 
 
 def channels_of(description: MachineDescription) -> Machine:

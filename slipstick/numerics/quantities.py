@@ -13,6 +13,8 @@ _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _CELSIUS = re.compile(r"\bdegC\b")
 _BRACKETS = re.compile(r"(?<=/)\(([^\W\d]+|°C)\)")
 """Brackets below a fraction about a single unit."""
+_TORQUE = re.compile(r"(/\s*)?(?<![^\W\d_])([kmMµμ]?N)m(s?)((?:\^|\*\*)-?\d+|[²³])?(?![^\W\d_])")
+"""Newton metres in a word, such as mNm and Nms, which pint takes for textile counts (number of metres)."""
 _WHOLE_EXPONENT = re.compile(r"\^(-?\d+)(?![.\d])")
 
 
@@ -31,11 +33,12 @@ class NotAQuantity(ValueError):
     """The text is no number with a unit of the wanted dimension; the message says why.
 
     `remedy` is how to correct the unit, empty where the text has no unit, or no number, at its place.
+    `is_other_quantity` tells that the unit is one of another dimension.
     """
 
-    def __init__(self, cause: str, remedy: str = "") -> None:
+    def __init__(self, cause: str, remedy: str = "", is_other_quantity: bool = False) -> None:
         super().__init__(cause)
-        self.remedy = remedy
+        self.remedy, self.is_other_quantity = remedy, is_other_quantity
 
 
 def in_unit(value: Any, unit: str) -> float:
@@ -61,7 +64,7 @@ def convert(values: np.ndarray, written: str, unit: str) -> np.ndarray:
         if unit != "1":
             raise NotAQuantity(f"the unit is missing; the model uses {unit}")
         return values
-    if written == unit:  # also spares the import of pint
+    if _spell_out(written) == _spell_out(unit):  # also spares the import of pint
         return values
     spelled = "rpm or rad/s" if unit == "rad/s" else unit
     other = "Give plain numbers, without a unit" if unit == "1" else \
@@ -71,11 +74,11 @@ def convert(values: np.ndarray, written: str, unit: str) -> np.ndarray:
                            other)
     registry = _registry()
     try:
-        given, wanted = registry.parse_units(written), registry.parse_units(unit)
+        given, wanted = (registry.parse_units(_spell_out(each)) for each in (written, unit))
         zero, factor = (registry.Quantity(number, given).to(wanted).magnitude for number in (0.0, 1.0))
     except Exception as error:  # pint raises tokenizer, attribute and arithmetic errors on malformed text
-        reason = str(error).splitlines()[0] if str(error) else "it is not a unit"
-        raise NotAQuantity(f"the unit '{written[:40]}' cannot be converted to {unit} ({reason})", other) from None
+        raise NotAQuantity(f"the unit '{written[:40]}' cannot be converted to {unit} ({_tell_reason(error)})",
+                           other, _is_other_quantity(error)) from None
     if "radian" in _base(unit) and "radian" not in _base(written):
         # To pint 1/min is the same as rad/min, and a motor speed in revolutions per minute would be wrong by 2 pi.
         raise NotAQuantity(f"the unit '{written[:40]}' does not say which angle, such as rpm or rad/s",
@@ -99,7 +102,7 @@ def is_unit(written: str) -> bool:
     if not written or _ARITHMETIC.search(_POWER.sub("~", written)):
         return written == "1"
     try:
-        _registry().parse_units(written)
+        _registry().parse_units(_spell_out(written))
     except Exception:  # pint raises tokenizer, attribute and assertion errors on other text
         return False
     return True
@@ -107,7 +110,35 @@ def is_unit(written: str) -> bool:
 
 def _base(unit: str) -> list[str]:
     """The base units of a unit; pint counts the radian among them, though it has no dimension."""
-    return list(_registry().get_root_units(unit)[1]._units)
+    return list(_registry().get_root_units(_spell_out(unit))[1]._units)
+
+
+def _spell_out(unit: str) -> str:
+    """A unit with newton metres as pint reads them: those below a fraction stay there together."""
+    def apart(match: re.Match[str]) -> str:
+        below, newton, second, exponent = (group or "" for group in match.groups())
+        product = f"{newton} m{' s' * bool(second)}{exponent}"
+        return f"/({product})" if below else product
+
+    return _TORQUE.sub(apart, unit)
+
+
+def _tell_reason(error: Exception) -> str:
+    """Why pint does not convert a unit, in words that are not those of pint."""
+    import pint
+
+    if _is_other_quantity(error):
+        return "they are units of different quantities"
+    if isinstance(error, pint.UndefinedUnitError):
+        names = (error.unit_names,) if isinstance(error.unit_names, str) else error.unit_names
+        return f"'{next(iter(names))[:40]}' is not a known unit"
+    return "it is not a unit"
+
+
+def _is_other_quantity(error: Exception) -> bool:
+    import pint
+
+    return isinstance(error, pint.DimensionalityError)
 
 
 @cache

@@ -28,8 +28,8 @@ from slipstick.black_box.known import KnownMachine, list_known
 from slipstick.storage.database import open_database
 from tests.benches import TABLES
 from tests.slipstick.acquisition.conftest import LOCK, archive, csv, run
+from tests.slipstick.acquisition.sled import DRIVEN, SLED, STANDSTILLS, as_csv, recording
 from tests.slipstick.acquisition.sled import MAP as OF_SLEDS
-from tests.slipstick.acquisition.sled import SLED, STANDSTILLS, as_csv, recording
 from worker import heartbeat, known_machines
 
 PAGES = ("/", "/upload", "/find", "/compare", "/recordings/measured", "/tables/nominal", "/benches/heavy")
@@ -219,7 +219,7 @@ def test_a_preview_says_what_would_be_imported_and_stores_nothing(client: httpx.
 def sled(folder: Path) -> None:
     """A worker has told of the sled, which was called with signs of HTML and TOML, and of a machine without channels.
     """
-    tell_of(folder, [*list_known([replace(SLED, name=MACHINE)], []), *list_known([], BlackBox.open_all("two_tanks"))])
+    tell_of(folder, [*list_known([replace(DRIVEN, name=MACHINE)], []), *list_known([], BlackBox.open_all("two_tanks"))])
 
 
 MACHINE = 'the <b>"sled"</b>'
@@ -259,6 +259,9 @@ def test_files_of_a_machine_are_proposed_previewed_and_imported(client: httpx.Cl
     assert (body["recordings"]["machine"], body["computed"], len(body["engagements"])) == (MACHINE, None, 5)
     assert [[each["title"] for each in run["pictures"]] for run in body["pictures"]] == 2 * [
         ["position [m]", "speed [m/s]", "drive voltage [V]"]]
+    assert body["doubts"] == []
+    wrong = send({**files, "channels.toml": mapping.replace("mm/s", "m/s").encode()}, preview="true").json()["doubts"]
+    assert [doubt.partition(" m/s in")[0] for doubt in wrong] == ["speed reaches 501.22"]
     assert not (folder / "tables" / "moves.h5").exists()
     stored = send(files)
     assert stored.status_code == 201
@@ -462,7 +465,7 @@ def test_from_files_to_a_comparison_in_a_browser(quick_service: tuple[Path, http
     pressure = mapping.find_element(By.NAME, "signals.pressure.channel")
     assert Select(pressure).first_selected_option.text == "p_oil [kPa]"
     person.send(mapping)
-    assert "shift_command" in person.wrong(mapping)
+    assert person.wrong(mapping) == "Choose a channel, or state a time with its unit"
     sheet = tmp_path / "plan.csv"
     sheet.write_text("file;brake torque [N m]\na.csv;5,0\nb.csv;5,0\n")
     person.form("mapping")  # with what was folded when it was shown
@@ -576,6 +579,61 @@ def by_keyboard(person: Person) -> None:
     screen.switch_to.active_element.send_keys(Keys.TAB)
     go_to("#fit button").send_keys(Keys.ENTER)
     person.arrive("/fits/acted-two")
+
+
+@pytest.mark.slow
+def test_what_is_wrong_with_files_of_a_logger_is_said_beside_its_field(
+        client: httpx.Client, folder: Path, sled: None, screen: webdriver.Chrome, tmp_path: Path) -> None:
+    person = Person(screen, str(client.base_url).rstrip("/"))
+    person.open("/upload")
+    paths = [tmp_path / f"sled_{number}.csv" for number in (10, 11)]
+    for seed, path in enumerate(paths):
+        path.write_bytes(as_csv(recording(2, seed)).replace(b"t,v,x,u", b"t [ms],v [mm/s],x [mm],u [V]"))
+    upload = person.form("upload-recordings")
+    (tmp_path / "semicolons.csv").write_text("t;v\n1;2\n")
+    person.fill(upload, file=str(tmp_path / "semicolons.csv"), bench="heavy")
+    person.send(upload)
+    assert "Files of a logger, with other columns or separators, are added below" in person.wrong(upload)
+    # The common begin of the names is proposed, and replaced by typing.
+    choose = person.form("read-files")
+    person.fill(choose, files="\n".join(map(str, paths)), subject="machine=the+%3Cb%3E%22sled%22%3C%2Fb%3E")
+    assert choose.find_element(By.NAME, "name").get_attribute("value") == "sled"
+    person.go_to("#read-files [name=name]").send_keys("measured")
+    assert choose.find_element(By.NAME, "name").get_attribute("value") == "measured"
+    person.send(choose)
+    mapping = person.form("mapping")
+    person.wait.until(lambda _: mapping.is_displayed())
+    # A row that is empty, and a channel of another quantity; the words go when the row is changed.
+    person.send(mapping)
+    assert person.wrong(mapping) == "Choose a channel, or state a number with its unit"
+    person.fill(mapping, **{"load.value": "3 N", "drive voltage.channel": ""})
+    assert not [each for each in mapping.find_elements(By.CSS_SELECTOR, ".wrong") if each.is_displayed()]
+    assert not mapping.find_elements(By.CSS_SELECTOR, "[aria-invalid]")
+    person.send(mapping)
+    assert person.wrong(mapping) == "Choose a channel"
+    person.fill(mapping, **{"drive voltage.channel": "u"})
+    person.fill(mapping, **{"signals.speed.channel": "u"})
+    person.send(mapping)
+    assert person.wrong(mapping) == (
+        "The channel 'u' of sled_10.csv has the unit V, which is no unit of a quantity in m/s. Check that it is the "
+        "right channel; if it is, state the unit of its numbers")
+    person.fill(mapping, **{"signals.speed.channel": "v", "signals.speed.unit": "m/s"})
+    person.send(mapping)
+    preview = person.form("preview")
+    person.wait.until(lambda _: preview.is_displayed())
+    assert "m/s in the runs, and 0.5 m/s in the experiments that the machine declares. Check its unit" in preview.text
+    # Another name keeps the mapping and the preview.
+    person.send(preview)
+    assert person.wrong(preview).startswith("A different file named 'measured' already exists. Choose another name")
+    name = choose.find_element(By.NAME, "name")
+    name.clear()
+    name.send_keys("moves", Keys.ENTER)
+    assert preview.is_displayed()
+    assert "already exists" not in preview.text
+    assert mapping.find_element(By.NAME, "signals.speed.unit").get_attribute("value") == "m/s"
+    person.send(preview)
+    person.arrive("/recordings/moves")
+    assert (folder / "tables" / "moves.h5").exists()
 
 
 @pytest.mark.slow

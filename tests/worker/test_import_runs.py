@@ -66,6 +66,17 @@ def test_a_long_recording_becomes_runs_and_a_page(folder: Path, capsys: pytest.C
         assert said in page
 
 
+def test_a_wrong_unit_of_a_signal_looks_wrong(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "machine.py").write_text(MACHINE.replace(
+        'Parameter("gain")', 'Parameter("gain", value=1.0)').replace(
+        '"V"),), (Condition("load", "N"),)', '"V", (((0, 3.5), (1, 3.5)),)),), (Condition("load", "N", levels=(3.0,)),)'
+                                             ', duration=1.0, step=0.01'))
+    (folder / "channels.toml").write_text((folder / "channels.toml").read_text().replace("mm/s", "m/s"))
+    assert run(folder, "--map", str(folder / "channels.toml"), "--out", str(folder / "runs.h5")) == 0
+    assert "m/s in the runs, and 0.5 m/s in the experiments that the machine declares. Check its unit" in \
+        capsys.readouterr().out
+
+
 def test_a_proposed_mapping_is_that_of_the_machine(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(folder, "--guess") == 0
     out, said = capsys.readouterr()

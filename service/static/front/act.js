@@ -7,6 +7,12 @@ export function connect(form, submit) {
   const button = form.querySelector("button");
   const status = form.querySelector(".busy");
   button.disabled = false;
+  form.addEventListener("input", ({ target }) => {
+    const place = target.closest(".row, .field");
+    if (place) {
+      clear(place);
+    }
+  });
   form.addEventListener("submit", async event => {
     event.preventDefault();
     clear(form);
@@ -128,7 +134,8 @@ export function tell(form, problem) {
     ({ field: fields.find(field => where.split(".").slice(1).join(".").startsWith(field.name)), what, where }));
   const marked = errors.filter(({ field, what }) => field && mark(field, what));
   const rest = errors.filter(({ field }) => !field).map(({ where, what }) => `${where}: ${what}`);
-  const words = [`${problem.detail}. ${problem.remedy ?? ""}`, ...rest].join(" ").trim();
+  const hint = problem.status === 422 && !errors.length ? form.dataset.hint : "";
+  const words = [`${problem.detail}. ${problem.remedy ?? ""}`, ...rest, ...hint ? [hint] : []].join(" ").trim();
   const quoted = marked.length ? null : fields.find(field => quotes(problem.detail, field));
   if (quoted) {
     mark(quoted, words);
@@ -156,7 +163,7 @@ export function mark(field, words) {
   return true;
 }
 
-function clear(form) {
+export function clear(form) {
   for (const field of form.querySelectorAll("[aria-invalid]")) {
     field.removeAttribute("aria-invalid");
   }
@@ -165,14 +172,34 @@ function clear(form) {
   }
 }
 
-// The name of a file is proposed as the name of what is made of it.
+// The name of a file, or the common begin of several ones, is proposed as the name of what is made of it.
 function proposeName(form) {
   const [file, name] = [form.querySelector("input[type=file]"), form.querySelector("input[name=name]")];
+  let proposed = "";
   file?.addEventListener("change", () => {
-    if (name && !name.value && file.files.length) {
-      name.value = file.files[0].name.replace(/\.[^.]*$/, "").replace(/[^A-Za-z0-9_-]+/g, "-").replace(/^[-_]+/, "").slice(0, 64);
+    if (name && name.value === proposed && file.files.length) {
+      const names = [...file.files].map(each => each.name.replace(/\.[^.]*$/, ""));
+      const plain = text => text.replace(/[^A-Za-z0-9_-]+/g, "-").replace(/^[-_]+/, "").slice(0, 64);
+      name.value = proposed = plain(commonBegin(names)) || plain(names[0]);
     }
   });
+  name?.addEventListener("focus", () => {
+    if (proposed && name.value === proposed) {
+      name.select();
+    }
+  });
+}
+
+// The longest common begin of names, without a separator or a part of a number at its end.
+function commonBegin(names) {
+  const [first, ...others] = names;
+  let end = first.length;
+  while (!others.every(other => other.startsWith(first.slice(0, end)))) {
+    end -= 1;
+  }
+  const begin = first.slice(0, end);
+  const isCut = names.some(name => /^\d/.test(name.slice(end))) && /\d$/.test(begin);
+  return others.length ? (isCut ? begin.replace(/\d+$/, "") : begin).replace(/[^A-Za-z0-9]+$/, "") : begin;
 }
 
 for (const form of document.querySelectorAll("form.act[data-body]")) {

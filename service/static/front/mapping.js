@@ -1,5 +1,5 @@
 // Files of a logger: their channels are proposed, mapped by hand, previewed, and imported.
-import { ask, connect, mark, openMade } from "./act.js";
+import { ask, clear, connect, mark, openMade } from "./act.js";
 import { describe } from "./preview.js";
 import { archive } from "./zip.js";
 
@@ -8,6 +8,7 @@ const mapping = document.getElementById("mapping");
 const rows = document.getElementById("mapping-rows");
 const preview = document.getElementById("preview");
 const text = document.getElementById("mapping-text");
+let written = ""; // the text of the mapping as the fields say it
 // What conditions may come from: channels and columns as { name, unit }, and named groups of the pattern.
 const offered = { channels: [], columns: [], groups: [] };
 
@@ -17,8 +18,12 @@ if (choose) {
   connect(preview, store);
   mapping.addEventListener("input", follow);
   mapping.addEventListener("change", follow);
-  choose.addEventListener("change", () => {
-    mapping.hidden = preview.hidden = true;
+  choose.addEventListener("input", ({ target }) => {
+    if (target.name === "name") {
+      clear(preview);
+    } else {
+      mapping.hidden = preview.hidden = true;
+    }
   });
 }
 
@@ -38,6 +43,10 @@ async function follow({ target }) {
 }
 
 async function propose() {
+  if (!mapping.hidden) { // of the same files: Enter in the field of the name sends the form again
+    reveal(preview.hidden ? mapping : preview);
+    return;
+  }
   const [file] = choose.elements.files.files;
   const subject = choose.elements.subject.value;
   const query = new URLSearchParams(subject);
@@ -200,8 +209,9 @@ function write() {
       put(root, path, value);
     }
   }
-  text.value = Object.entries(root).map(([section, entries]) =>
+  written = Object.entries(root).map(([section, entries]) =>
     [`[${section}]`, ...Object.entries(entries).map(([key, value]) => `${keyed(key)} = ${toml(value)}`), ""].join("\n")).join("\n");
+  text.value = written;
 }
 
 function valueOf(control) {
@@ -283,12 +293,23 @@ function markRow({ detail, remedy }) {
   const named = shown.filter(names).sort((a, b) => b.dataset.key.length - a.dataset.key.length);
   const row = named[0] ?? shown.find(each => [...each.querySelectorAll(".channels")].some(({ value }) => value && detail.includes(`'${value}'`)));
   const field = row?.querySelector("[id]");
-  if (!field || !mark(field, `${detail}. ${remedy}`)) {
+  if (!field || !mark(field, tellWrong(row, { detail, remedy }))) {
     return false;
   }
   row.closest("details")?.setAttribute("open", "");
   field.focus();
   return true;
+}
+
+// What is wrong with a row: of one that is empty what to do, and of others the problem without its place in a file.
+function tellWrong(row, { detail, remedy }) {
+  const needed = row.querySelector(".needed"), value = row.querySelector(".level[data-alone], .condition > input");
+  const isEmpty = [needed, value, row.querySelector(".source")].every(control => !control?.value.trim());
+  if (text.value !== written || !isEmpty || !(needed || value)) {
+    const words = text.value === written ? detail.replace(/^channels\.toml, (line \d+, )?[^:]*: /, "") : detail;
+    return `${words[0].toUpperCase()}${words.slice(1)}. ${remedy}`;
+  }
+  return value ? `Choose a channel, or state a ${needed ? "time" : "number"} with its unit` : "Choose a channel";
 }
 
 function reveal(form) {

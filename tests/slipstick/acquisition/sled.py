@@ -1,13 +1,15 @@
 """Recordings of a made-up sled that is driven to and fro, with standstills between its moves."""
 
 import io
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from slipstick.acquisition import import_runs, open_source, read_machine_mapping
 from slipstick.acquisition.channel import Source
 from slipstick.acquisition.result import ImportedRuns
-from slipstick.machine import Block, Command, Condition, Machine, Parameter, Quantity, Sensor
+from slipstick.machine import Block, Command, Condition, Machine, Parameter, Quantity, Sensor, SignalRange
 
 REST, MOVE, STEP = 0.4, 1.0, 1e-3  # s
 
@@ -17,7 +19,7 @@ _drive = Block("drive", gives=("speed", "position"), reads=("drive voltage", "lo
 
 @_drive.rate
 def _(x, u, q, p):  # type: ignore[no-untyped-def]
-    return p.gain * u.drive_voltage - u.load - q.friction, x.speed
+    return p.gain * u.drive_voltage - p.load - q.friction, x.speed
 
 
 @_drive.output
@@ -27,6 +29,9 @@ def _(x, u, q, p):  # type: ignore[no-untyped-def]
 
 SLED = Machine("sled", (_drive,), (Sensor("speed", "m/s"), Sensor("position", "m")),
                commands=(Command("drive voltage", "V"),), conditions=(Condition("load", "N"),))
+DRIVEN = replace(SLED, commands=(Command("drive voltage", "V", (((0.0, 3.5), (1.0, 3.5)),)),),
+                 conditions=(Condition("load", "N", levels=(3.0,)),), duration=1.0, step=0.01)
+"""The sled with experiments of its own, whose speed reaches 0.5 m/s."""
 MAP = """
 [signals]
 speed = { channel = "v", unit = "mm/s" }
@@ -66,7 +71,8 @@ def source(columns: dict[str, np.ndarray], name: str = "sled.csv") -> Source:
 
 
 def imported(*files: dict[str, np.ndarray] | Source, text: str = MAP + STANDSTILLS, plan: bytes | None = None,
-             machine: Machine = SLED) -> ImportedRuns:
+             machine: Machine = SLED, ranges: Sequence[SignalRange] = ()) -> ImportedRuns:
     sources = [source(file, f"sled{number}.csv") if isinstance(file, dict) else file
                for number, file in enumerate(files)]
-    return import_runs(sources, read_machine_mapping(text.encode(), "channels.toml", machine), machine, plan)
+    return import_runs(sources, read_machine_mapping(text.encode(), "channels.toml", machine), machine, plan,
+                       ranges)

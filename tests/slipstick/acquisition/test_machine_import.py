@@ -15,9 +15,10 @@ from scipy.io import savemat
 
 from slipstick.acquisition import open_source, propose_for_machine, read_machine_mapping
 from slipstick.acquisition.mapping import ChannelRef, Standstills
+from slipstick.black_box.ranges import simulate_ranges
 from slipstick.errors import BadRecording
 from slipstick.machine import Block, Command, Condition, Machine, Sensor, read_runs, require_runs, write_runs
-from tests.slipstick.acquisition.sled import MAP, MOVE, REST, SLED, STANDSTILLS, as_csv, imported, recording
+from tests.slipstick.acquisition.sled import DRIVEN, MAP, MOVE, REST, SLED, STANDSTILLS, as_csv, imported, recording
 
 WHOLE = round((REST + MOVE) / 1e-3)  # samples from one standstill to the next
 STROKES = '[runs]\ncut = "reversals"\nchannel = "x"\nlevel = 50\n'
@@ -397,3 +398,21 @@ def test_a_condition_and_a_command_of_another_order_than_declared_are_doubted(va
     found = imported(recording(6), text=text, machine=machine)
     assert sum("Check its unit" in doubt for doubt in found.doubts) == expected
     assert any(remark.startswith("load is 3") for remark in found.remarks)
+
+
+@pytest.mark.parametrize(("unit", "doubts"), [("mm/s", ()), (
+    "m/s", ("speed reaches 501.22 m/s in the runs, and 0.5 m/s in the experiments that the machine declares. Check its "
+            "unit",))])
+def test_a_signal_of_another_order_than_in_the_experiments_of_the_machine_is_doubted(
+        unit: str, doubts: tuple[str, ...]) -> None:
+    assert imported(recording(), text=edited("mm/s", unit), machine=DRIVEN,
+                    ranges=simulate_ranges(DRIVEN)).doubts == doubts
+
+
+@pytest.mark.parametrize(("channel", "says"), [
+    ("u [V]", "has the unit V, which is no unit of a quantity in m/s. Check that it is the right channel"),
+    ("u", "the unit is missing; the model uses m/s. State the unit of its numbers, such as m/s")])
+def test_a_channel_of_another_quantity_and_one_without_a_unit_are_told_apart(channel: str, says: str) -> None:
+    content = as_csv({channel if name == "u" else name: values for name, values in recording().items()})
+    with pytest.raises(BadRecording, match=re.escape(f"The channel 'u' of a.csv{':' * (channel == 'u')} {says}")):
+        imported(open_source("a.csv", io.BytesIO(content)), text=edited('"v", unit = "mm/s"', '"u"'))

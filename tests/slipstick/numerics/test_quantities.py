@@ -15,7 +15,10 @@ from tests.benches import NOMINAL
     ("180 degree/s", "rad/s", np.pi), ("3 mm/(s bar)", "m/(s bar)", 0.003), ("2500 kg cm**2", "kg m^2", 0.25),
     ("12 rpm/(N m)^0.5", "rad/s/(N m)^0.5", 0.4 * np.pi), ("60 1/min", "1/s", 1.0), ("8 %", "1", 0.08),
     (0.08, "1", 0.08), ("3 min^-1", "1/s", 0.05), ("10 mmH2O", "bar", 9.80665e-4), ("3 N m/(rad/s)", "N m s", 3.0),
-    ("20 degC", "K", 293.15),
+    ("20 degC", "K", 293.15), ("5 Nm", "N m", 5.0), ("5 mNm", "N m", 0.005), ("5 kNm", "N m", 5000.0),
+    ("5 Nms", "N m s", 5.0), ("5 mNm/A", "N m/A", 0.005), ("5 Nm/rad", "N m/rad", 5.0), ("5 N·m", "N m", 5.0),
+    ("5 N m^2", "Nm^2", 5.0), ("5 Nms^2", "kg m^2", 5.0), ("5 1/Nm", "1/(N m)", 5.0), ("5 rad/mNm", "rad/Nm", 5000.0),
+    ("5 N m", "mNm", 5000.0), ("5 nm", "m", 5e-9),
 ])
 def test_conversion(text: str | float, unit: str, value: float) -> None:
     assert in_unit(text, unit) == pytest.approx(value, rel=1e-9)
@@ -47,6 +50,14 @@ def test_the_remedy_of_a_refused_unit_keeps_the_meaning_of_the_number(text: str,
     with pytest.raises(NotAQuantity) as refused:
         in_unit(text, unit)
     assert refused.value.remedy.startswith(remedy)
+
+
+def test_errors_have_no_words_of_the_library_of_units() -> None:
+    for written, reason in (("mNm", "they are units of different quantities"), ("N foo", "'foo' is not a known unit"),
+                            ("mm/(s", "it is not a unit")):
+        with pytest.raises(NotAQuantity) as refused:
+            convert(np.ones(1), written, "A")
+        assert str(refused.value) == f"the unit '{written}' cannot be converted to A ({reason})"
 
 
 def test_units_with_different_zeros_have_no_factor() -> None:
