@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from slipstick.machine_studies.result import MachineFinding
-from slipstick.studies.words import NOTHING, title
+from slipstick.studies.words import NOTHING, count_others, list_findings, title
 
 
 def name_finding(pair: tuple[str, str], kind: str | None = None, effect: str | None = None) -> str:
@@ -20,13 +20,10 @@ def answer(findings: Sequence[MachineFinding], unexplained: Sequence[str]) -> st
     where = f"is missing in the block {left}, and no law that was tried explains it"
     if not findings:
         return f"Something {where}" if left else NOTHING
-    named = "; and ".join(_describe(finding) for finding in findings)
+    named = list_findings([_describe(finding, findings) for finding in findings])
     return f"Missing: {named}" + (f". Something more {where}" if left else "")
 
 
-def _describe(finding: MachineFinding) -> str:
-    words = finding.title[0].lower() + finding.title[1:]
-    if finding.rivals:
-        others = ", ".join(other.title[0].lower() + other.title[1:] for other in finding.rivals)
-        words = f"one of {1 + len(finding.rivals)} that these recordings do not tell apart: {words}, {others}"
-    return words + " (not confirmed by the simulation of the whole machine)" * (finding.confirmed is False)
+def _describe(finding: MachineFinding, findings: Sequence[MachineFinding]) -> str:
+    return (finding.title[0].lower() + finding.title[1:] + count_others(finding, findings)
+            + " (not confirmed by the simulation of the whole machine)" * (finding.confirmed is False))

@@ -1,0 +1,44 @@
+"""What the report of a study of a machine says where findings are not told apart, or of the past of a signal."""
+
+from dataclasses import replace
+
+from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineParameter, MachineStudyResult, Rival
+from slipstick.machine_studies.words import answer, name_finding
+from slipstick.studies.finding import Law
+
+FRICTION, LAG, PAST = ("friction torque", "speed"), ("current sensor", "lag"), ("voltage", "past voltage")
+DRY, BRUSH = ("dry friction", "speed"), ("brush voltage", "past voltage")
+LAW = Law([-200.0, 0.0, 400.0], "rad/s", [0.01, 0.0, -0.03], [0.0, -0.001, -0.04], [0.02, 0.001, -0.02], "N m", False,
+          "nothing", linearised=False, formula=None)
+
+
+def make_finding(pair: tuple[str, str], block: str, *rivals: tuple[str, str], law: Law | None = None,
+                 behind: float = 1.0) -> MachineFinding:
+    others = [Rival(name_finding(rival), *rival, 300.0, behind) for rival in rivals]
+    return MachineFinding(name_finding(pair), *pair, None, None, None, [], [block], 400.0, 20.0, others, law, True)
+
+
+def make_result(*findings: MachineFinding) -> MachineStudyResult:
+    """Return the result of a study of a motor with these findings, whose blocks are explained and converged."""
+    blocks = [MachineBlock(name, "in → out", 1.0, 3.0, unexplained=False) for name in ("winding", "shaft")]
+    dry = MachineParameter("dry torque", "N m", 0.029, 0.028, 0.030, 0.001, determined=True, beyond=False,
+                           declared=0.015)
+    return MachineStudyResult("dc motor", "several", answer(findings, []), list(findings), blocks, [dry], None, [], 36,
+                              {}, {"voltage": "V"}, "", "")
+
+
+def contest() -> MachineStudyResult:
+    """Return a result with three findings, two of which are not told apart from others."""
+    return make_result(make_finding(FRICTION, "shaft", DRY, LAG, law=LAW), make_finding(LAG, "shaft", PAST, BRUSH),
+                       make_finding(PAST, "winding"))
+
+
+def test_the_answer_counts_what_is_not_told_apart_without_the_other_findings() -> None:
+    result = contest()
+    assert result.sentence == (
+        "Missing: friction torque that depends on the speed (or 1 other), lag of the current sensor (or 1 other), and "
+        "voltage that depends on the past voltage")
+    first, _, last = result.findings
+    assert answer([first], []) == "Missing: friction torque that depends on the speed (or 2 others)"
+    assert answer([replace(last, confirmed=False)], []).endswith(
+        "past voltage (not confirmed by the simulation of the whole machine)")
