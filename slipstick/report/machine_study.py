@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -119,7 +120,9 @@ def _advise_finding(finding: MachineFinding, result: MachineStudyResult, prefix:
         what, text = "Do not add:", f"{name}. The simulation of the whole machine is no better with it."
     else:
         what = "Do not add yet:" if doubtful or finding.rivals else "Add:"
-        text = f"{name}, as the measured law." if finding.equation is None else \
+        by_law = f"{name}, as the measured law." if law is not None else \
+            f"{name}. Look for it by hand: the recordings show it, and no equation of it is known."
+        text = by_law if finding.equation is None else \
             f"{name}: {units.raised(finding.equation)}{_describe_zero(finding)}."
     if doubtful and finding.confirmed is not False:
         text += f" With it, {listed(doubtful)} still leave{'s' * (len(doubtful) == 1)} more than noise: what is " \
@@ -293,9 +296,16 @@ def _describe_rival(rival: Rival) -> str:
 def coefficient_table(finding: MachineFinding) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Return head and rows of a table of the coefficients of a finding."""
     rows: list[tuple[str, ...]] = [
-        (each.name, *_state_value(each, ", contains 0" * (each.lower <= 0 <= each.upper)))
+        (each.name, *_state_value(_rescale(each), ", contains 0" * (each.lower <= 0 <= each.upper)))
         for each in finding.coefficients]
     return (finding.kind or "", "value", "95 % interval"), rows
+
+
+def _rescale(coefficient: Coefficient) -> Coefficient:
+    """Return a coefficient in the unit that suits its size, such as a lag in ms."""
+    unit, factor = units.scale(coefficient.unit, coefficient.value)
+    return replace(coefficient, unit=unit, value=factor * coefficient.value, lower=factor * coefficient.lower,
+                   upper=factor * coefficient.upper)
 
 
 def _state_value(estimate: Coefficient | MachineParameter, remark: str = "") -> tuple[str, str]:

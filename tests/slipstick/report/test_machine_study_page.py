@@ -4,7 +4,9 @@ from dataclasses import replace
 
 from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineParameter, MachineStudyResult, Rival
 from slipstick.machine_studies.words import answer, name_finding
-from slipstick.studies.finding import Law
+from slipstick.report.machine_study import advise
+from slipstick.report.study.parts import Items, Table
+from slipstick.studies.finding import Coefficient, Law
 
 FRICTION, LAG, PAST = ("friction torque", "speed"), ("current sensor", "lag"), ("voltage", "past voltage")
 DRY, BRUSH = ("dry friction", "speed"), ("brush voltage", "past voltage")
@@ -27,6 +29,11 @@ def make_result(*findings: MachineFinding) -> MachineStudyResult:
                               {}, {"voltage": "V"}, "", "")
 
 
+def tell_advice(result: MachineStudyResult) -> list[tuple[str, str]]:
+    """Return the entries of the box with what to do."""
+    return [entry for part in advise(result).parts if isinstance(part, Items) for entry in part.entries]
+
+
 def contest() -> MachineStudyResult:
     """Return a result with three findings, two of which are not told apart from others."""
     return make_result(make_finding(FRICTION, "shaft", DRY, LAG, law=LAW), make_finding(LAG, "shaft", PAST, BRUSH),
@@ -42,3 +49,16 @@ def test_the_answer_counts_what_is_not_told_apart_without_the_other_findings() -
     assert answer([first], []) == "Missing: friction torque that depends on the speed (or 2 others)"
     assert answer([replace(last, confirmed=False)], []).endswith(
         "past voltage (not confirmed by the simulation of the whole machine)")
+
+
+def test_a_finding_without_a_law_has_its_time_or_is_to_be_looked_for() -> None:
+    lag = make_finding(LAG, "winding")
+    result = make_result(make_finding(FRICTION, "shaft", law=LAW), lag)
+    by_law, by_hand = (text for lead, text in tell_advice(result) if "Add:" in lead)
+    assert by_law == "friction torque that depends on the speed, as the measured law."
+    assert by_hand == ("lag of the current sensor. Look for it by hand: the recordings show it, and no equation of it "
+                       "is known.")
+    known = replace(lag, kind="first-order lag", equation="change of the current sensor = ((x after ...) - x)",
+                    coefficients=[Coefficient("time", "s", 0.012, 0.0114, 0.0126, at_bound=False)])
+    table = next(part for part in advise(make_result(known)).parts if isinstance(part, Table))
+    assert table.rows == [("time", "12.00 ms", "11.40 to 12.60 ms", "not in the model")]
