@@ -16,12 +16,21 @@ from slipstick.pictures.study.law import describe_change, headline, remarks
 from slipstick.pictures.study.words import argument, within
 from slipstick.pictures.theme import Spec, captions
 from slipstick.report import markup
+from slipstick.report.doubts import LARGE_CHI_SQUARE
 from slipstick.report.shell import document, figures, home_of, provenance, tell_facts
 from slipstick.report.study.glossary import explain
 from slipstick.report.study.page import render_box, render_section
 from slipstick.report.study.parts import Entries, Items, Note, Part, Picture, Section, Table
 from slipstick.report.study.simulation import NOT_DETERMINED
-from slipstick.report.study.todo import TITLE, attach_laws, caution, describe_seen, find_weakest
+from slipstick.report.study.todo import (
+    TITLE,
+    attach_laws,
+    caution,
+    check_channels,
+    describe_seen,
+    find_weakest,
+    say_take_over,
+)
 from slipstick.report.study.words import between, many
 from slipstick.report.words import listed
 from slipstick.studies.finding import Coefficient
@@ -97,12 +106,13 @@ def advise(result: MachineStudyResult) -> Section:
     if not result.findings:
         parts.append(Items([_advise_without(result)]))
     entries: Entries = []
-    if result.kind == "none" or any(finding.confirmed is not False for finding in result.findings):
+    is_taken = result.kind == "none" or any(finding.confirmed is not False for finding in result.findings)
+    if is_taken and not any(map(_leaves_much, result.blocks)):
         rows: list[tuple[str, ...]] = [(each.name, *_state_value(each), _declared(each))
                                        for each in result.parameters if _is_changed(each)]
         text = "these parameters, whose intervals exclude what is declared. The table “Parameters” has the others." if \
             rows else "no parameter: the intervals of all that the recordings determine contain what is declared."
-        parts.append(Items([("Take over as well:" if result.findings else "Take over:", text)]))
+        parts.append(Items([(say_take_over(len(result.findings)), text)]))
         parts += [_new_values(rows)] if rows else []
     if result.gap is not None:
         entries.append(("What it is worth:", lead(result)))
@@ -115,7 +125,7 @@ def advise(result: MachineStudyResult) -> Section:
 def _advise_finding(finding: MachineFinding, result: MachineStudyResult, prefix: str) -> list[Part]:
     name, law = within(finding.title), finding.law
     doubtful = [f"“{block.name}”" for block in result.blocks
-                if block.name in finding.blocks and (block.unexplained or _is_worse(block))]
+                if block.name in finding.blocks and _leaves_much(block)]
     if finding.confirmed is False:
         what, text = "Do not add:", f"{name}. The simulation of the whole machine is no better with it."
     else:
@@ -180,6 +190,10 @@ def _is_worse(block: MachineBlock) -> bool:
     return block.chi_square > _WORSE * block.before
 
 
+def _leaves_much(block: MachineBlock) -> bool:
+    return block.unexplained or _is_worse(block) or block.chi_square > LARGE_CHI_SQUARE
+
+
 def _advise_without(result: MachineStudyResult) -> tuple[str, str]:
     if result.kind == "none":
         return "Keep the model:", "add nothing to it."
@@ -189,6 +203,11 @@ def _advise_without(result: MachineStudyResult) -> tuple[str, str]:
 
 
 def _list_next(result: MachineStudyResult) -> list[str]:
+    doubtful = [check_channels(f"{block.name}: {block.signals}") for block in result.blocks if _leaves_much(block)]
+    return [*doubtful, *_list_runs(result)]
+
+
+def _list_runs(result: MachineStudyResult) -> list[str]:
     if result.partial is not None:
         return ["repeat the study with a larger time budget."]
     if result.kind == "none":

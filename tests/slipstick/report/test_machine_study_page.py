@@ -62,3 +62,14 @@ def test_a_finding_without_a_law_has_its_time_or_is_to_be_looked_for() -> None:
                     coefficients=[Coefficient("time", "s", 0.012, 0.0114, 0.0126, at_bound=False)])
     table = next(part for part in advise(make_result(known)).parts if isinstance(part, Table))
     assert table.rows == [("time", "12.00 ms", "11.40 to 12.60 ms", "not in the model")]
+
+
+def test_parameters_are_taken_over_with_the_laws_and_not_at_all_where_a_block_leaves_much() -> None:
+    result = make_result(make_finding(FRICTION, "shaft", law=LAW))
+    assert "Take over with the law, not without it:" in dict(tell_advice(result))
+    winding, shaft = result.blocks
+    for left in (replace(winding, chi_square=2.5), replace(winding, unexplained=True)):
+        entries = tell_advice(replace(result, blocks=[left, shaft]))
+        assert not [lead for lead, _ in entries if lead.startswith("Take over")]
+        first = next(text for lead, text in entries if lead == "Next experiment:")
+        assert first == "check the units and the signs of the channels of “winding: in → out” first."
