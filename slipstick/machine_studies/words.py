@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from slipstick.engine.laws import LAG, PAST
 from slipstick.machine_studies.result import MachineFinding
 from slipstick.studies.words import NOTHING, count_others, list_findings, title
 
@@ -12,6 +13,16 @@ def name_finding(pair: tuple[str, str], kind: str | None = None, effect: str | N
     if effect is not None:
         return f"{effect[0].upper()}{effect[1:]}: {words[0].lower()}{words[1:]}"
     return words if kind is None else f"{words} ({kind})"
+
+
+def is_memory(depends_on: str) -> bool:
+    """Whether a pair depends on a lag or on the past of a signal, which no run can set."""
+    return depends_on == LAG or depends_on.startswith(PAST)
+
+
+def find_past_signal(depends_on: str) -> str | None:
+    """Return the signal on whose past a pair depends; None for another dependence."""
+    return depends_on.removeprefix(PAST) if depends_on.startswith(PAST) else None
 
 
 def answer(findings: Sequence[MachineFinding], unexplained: Sequence[str]) -> str:

@@ -1,7 +1,7 @@
 """The report of a study of a declared machine: answer, what to do, findings, parameters, gap and limitations."""
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -9,15 +9,16 @@ from typing import Any
 from slipstick.machine_studies import MachineFigures, MachineStudyResult
 from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineParameter, Rival
 from slipstick.machine_studies.study import law_table
+from slipstick.machine_studies.words import find_past_signal, is_memory
 from slipstick.pictures import units
 from slipstick.pictures.machine_study import LEVEL, machine_pictures
-from slipstick.pictures.study.evidence import CERTAIN
 from slipstick.pictures.study.law import describe_change, headline, remarks
 from slipstick.pictures.study.words import argument, within
 from slipstick.pictures.theme import Spec, captions
 from slipstick.report import markup
 from slipstick.report.doubts import LARGE_CHI_SQUARE
 from slipstick.report.shell import document, figures, home_of, provenance, tell_facts
+from slipstick.report.study.findings import tell_distance
 from slipstick.report.study.glossary import explain
 from slipstick.report.study.page import render_box, render_section
 from slipstick.report.study.parts import Entries, Items, Note, Part, Picture, Section, Table
@@ -33,7 +34,7 @@ from slipstick.report.study.todo import (
 )
 from slipstick.report.study.words import between, many
 from slipstick.report.words import listed
-from slipstick.studies.finding import Coefficient
+from slipstick.studies.finding import Coefficient, Paired
 from slipstick.studies.record import from_dict
 
 _LIMITS = (
@@ -214,18 +215,24 @@ def _list_runs(result: MachineStudyResult) -> list[str]:
         return ["none is needed. Before the model is used beyond these conditions, record a few runs there."]
     if not result.findings:
         return ["repeat the runs that are described worst (picture below), with one condition changed at a time."]
-    return [text for finding in result.findings if (text := _describe_next(finding))]
+    return list(dict.fromkeys(text for finding in result.findings for text in _describe_next(finding)))
 
 
-def _describe_next(finding: MachineFinding) -> str:
-    names = list(dict.fromkeys([finding.depends_on, *(rival.depends_on for rival in finding.rivals)]))
+def _describe_next(finding: MachineFinding) -> Iterator[str]:
+    pairs: list[Paired] = [finding, *finding.rivals]
+    if not finding.rivals:
+        if finding.law is not None and (weakest := find_weakest(finding, finding.law)):
+            yield within(weakest)
+        return
+    names = list(dict.fromkeys(pair.depends_on for pair in pairs if not is_memory(pair.depends_on)))
+    quantities = list(dict.fromkeys(pair.quantity for pair in pairs if pair.depends_on in names))
     if len(names) > 1:
-        return f"runs in which {listed(names)} do not change together."
-    if finding.rivals:
-        quantities = listed(list(dict.fromkeys([finding.quantity, *(rival.quantity for rival in finding.rivals)])))
-        return (f"runs over the {names[0]} alone do not tell {quantities} apart. Change another condition that acts on "
-                "a single one of them, or measure closer to it.")
-    return "" if finding.law is None else within(find_weakest(finding, finding.law))
+        yield f"runs in which {listed(names)} do not change together."
+    elif len(quantities) > 1:
+        yield (f"runs over the {names[0]} alone do not tell {listed(quantities)} apart. Change another condition that "
+               "acts on a single one of them, or measure closer to it.")
+    for signal in dict.fromkeys(signal for pair in pairs if (signal := find_past_signal(pair.depends_on))):
+        yield f"a step of the {signal} while all else is held."
 
 
 def warnings(result: MachineStudyResult) -> Entries:
@@ -308,8 +315,7 @@ def _describe_rival(rival: Rival) -> str:
     name = within(rival.title)
     if rival.nats is None or rival.behind is None:
         return name
-    behind = f"more than {CERTAIN:.0f}" if rival.behind > CERTAIN else units.number(rival.behind, 2)
-    return f"{name} ({units.number(rival.nats, 4)} nats, behind by {behind} standard errors)"
+    return f"{name} ({units.number(rival.nats, 4)} nats, {tell_distance(rival.behind)})"
 
 
 def coefficient_table(finding: MachineFinding) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineParameter, MachineStudyResult, Rival
 from slipstick.machine_studies.words import answer, name_finding
-from slipstick.report.machine_study import advise
+from slipstick.report.machine_study import advise, sections
 from slipstick.report.study.parts import Items, Table
 from slipstick.studies.finding import Coefficient, Law
 
@@ -32,6 +32,12 @@ def make_result(*findings: MachineFinding) -> MachineStudyResult:
 def tell_advice(result: MachineStudyResult) -> list[tuple[str, str]]:
     """Return the entries of the box with what to do."""
     return [entry for part in advise(result).parts if isinstance(part, Items) for entry in part.entries]
+
+
+def tell_findings(result: MachineStudyResult) -> list[tuple[str, str]]:
+    """Return the entries of the sections of the findings."""
+    return [entry for section in sections(result, []) if section.title.startswith("Finding")
+            for part in section.parts if isinstance(part, Items) for entry in part.entries]
 
 
 def contest() -> MachineStudyResult:
@@ -73,3 +79,20 @@ def test_parameters_are_taken_over_with_the_laws_and_not_at_all_where_a_block_le
         assert not [lead for lead, _ in entries if lead.startswith("Take over")]
         first = next(text for lead, text in entries if lead == "Next experiment:")
         assert first == "check the units and the signs of the channels of “winding: in → out” first."
+
+
+def test_a_rival_that_is_ahead_is_said_to_be_ahead() -> None:
+    said = [dict(tell_findings(make_result(make_finding(LAG, "winding", PAST, behind=behind))))["Rivals:"]
+            for behind in (-4.6, 4.6)]
+    assert "(300 nats, ahead by 4.6 standard errors)" in said[0]
+    assert "(300 nats, behind by 4.6 standard errors)" in said[1]
+
+
+def test_the_next_experiment_sets_what_can_be_set() -> None:
+    result = contest()
+    entries = [text for lead, text in tell_advice(result) if lead == "Next experiment:"]
+    assert entries == [
+        "runs over the speed alone do not tell friction torque and dry friction apart. Change another condition that "
+        "acts on a single one of them, or measure closer to it.", "a step of the voltage while all else is held."]
+    other = make_result(make_finding(FRICTION, "shaft", ("load torque", "time")))
+    assert dict(tell_advice(other))["Next experiment:"] == "runs in which speed and time do not change together."
