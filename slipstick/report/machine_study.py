@@ -89,8 +89,31 @@ def tell_evidence(result: MachineStudyResult) -> str:
     closed = "" if result.gap is None else (
         f" What was found closes {_share(result.gap.closed)} of the gap, a wrong law "
         f"{_share(result.gap.control_closed)}.")
-    return (f"The runs agree about it by {errors} standard errors.{closed} No confidence is stated: how often such "
-            "findings are right is not measured for this machine.")
+    return (f"{_tell_sure(result)}The runs agree about it by {errors} standard errors.{closed} No confidence is stated: how often "
+            "such findings are right is not measured for this machine.")
+
+
+def _tell_sure(result: MachineStudyResult) -> str:
+    """Return which findings are sure and why others are not; empty where all are sure."""
+    reasons = [_list_reasons(finding, result) for finding in result.findings]
+    if not any(reasons):
+        return ""
+    if len(reasons) == 1:
+        return f"This is not sure: {listed(reasons[0])}. "
+    sure = [str(place) for place, each in enumerate(reasons, 1) if not each]
+    doubtful = "; ".join(f"finding {place} ({listed(each)})" for place, each in enumerate(reasons, 1) if each)
+    named = f"finding{'s' * (len(sure) > 1)} {listed(sure)}" if sure else "none of the findings"
+    return f"Sure: {named}. Not sure: {doubtful}. "
+
+
+def _list_reasons(finding: MachineFinding, result: MachineStudyResult) -> list[str]:
+    """Return why a finding is not sure."""
+    own = [block for block in result.blocks if block.name in finding.blocks]
+    reasons = [("not told apart", bool(finding.rivals)),
+               ("not confirmed", finding.confirmed is False),
+               *((f"“{block.name}” leaves more than noise", _leaves_much(block)) for block in own),
+               *((f"“{block.name}” not converged", not block.converged) for block in own)]
+    return [reason for reason, is_so in reasons if is_so]
 
 
 def _share(share: float) -> str:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineParameter, MachineStudyResult, Rival
 from slipstick.machine_studies.words import answer, name_finding
-from slipstick.report.machine_study import advise, sections
+from slipstick.report.machine_study import advise, sections, tell_evidence
 from slipstick.report.study.parts import Items, Table
 from slipstick.studies.finding import Coefficient, Law
 
@@ -96,3 +96,16 @@ def test_the_next_experiment_sets_what_can_be_set() -> None:
         "acts on a single one of them, or measure closer to it.", "a step of the voltage while all else is held."]
     other = make_result(make_finding(FRICTION, "shaft", ("load torque", "time")))
     assert dict(tell_advice(other))["Next experiment:"] == "runs in which speed and time do not change together."
+
+
+def test_the_verdict_tells_which_findings_are_sure() -> None:
+    result = contest()
+    assert tell_evidence(result).startswith(
+        "Sure: finding 3. Not sure: finding 1 (not told apart); finding 2 (not told apart). The runs agree")
+    winding, shaft = result.blocks
+    early = replace(result, blocks=[replace(winding, converged=False), replace(shaft, unexplained=True)])
+    assert tell_evidence(early).startswith(
+        "Sure: none of the findings. Not sure: finding 1 (not told apart and “shaft” leaves more than noise); ")
+    last = replace(early, findings=result.findings[2:])
+    assert tell_evidence(last).startswith("This is not sure: “winding” not converged. The runs agree")
+    assert tell_evidence(make_result(*last.findings)).startswith("The runs agree")
