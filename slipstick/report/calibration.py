@@ -21,7 +21,7 @@ CAPTIONS = {"parameters": parameters_picture.CAPTION}
 _SCATTER = "Scatter: standard deviation from run to run, as a share of the nominal value"
 _NOISE = "Sensor noise, its correlation from sample to sample, and reduced chi-square"
 _MISSING = ("Reduced chi-square is well above 1, although each run has parameters of its own: an effect is",
-            "missing (see `study`). Values and intervals then describe the best model without it.")
+            "missing, which a study may name. Values and intervals then describe the best model without it.")
 _NOT_CONVERGED = "The fit has not converged: do not use its intervals."
 
 

@@ -89,8 +89,8 @@ def tell_evidence(result: MachineStudyResult) -> str:
     closed = "" if result.gap is None else (
         f" What was found closes {_share(result.gap.closed)} of the gap, a wrong law "
         f"{_share(result.gap.control_closed)}.")
-    return (f"{_tell_sure(result)}The runs agree about it by {errors} standard errors.{closed} No confidence is stated: how often "
-            "such findings are right is not measured for this machine.")
+    return (f"{_tell_sure(result)}The runs agree about it by {errors} standard errors.{closed} No confidence is "
+            "stated: how often such findings are right is not measured for this machine.")
 
 
 def _tell_sure(result: MachineStudyResult) -> str:
@@ -356,11 +356,12 @@ def _rescale(coefficient: Coefficient) -> Coefficient:
                    upper=factor * coefficient.upper)
 
 
-def _state_value(estimate: Coefficient | MachineParameter, remark: str = "") -> tuple[str, str]:
+def _state_value(estimate: Coefficient | MachineParameter, remark: str = "",
+                 at_bound: bool = False) -> tuple[str, str]:
     """Return a value and its interval with their unit."""
     unit = units.raised(estimate.unit)
     return (units.with_unit(units.fixed(estimate.value, 4), unit),
-            units.with_unit(between(estimate.lower, estimate.upper), unit) + remark)
+            between(estimate.lower, estimate.upper, unit, at_bound) + remark)
 
 
 def _declared(parameter: MachineParameter) -> str:
@@ -398,7 +399,8 @@ def parameter_table(parameters: Sequence[MachineParameter]) -> tuple[tuple[str, 
         unit = units.raised(each.unit)
         before = "" if each.before is None else units.with_unit(units.fixed(each.before, 4), unit) + (
             f" ({_BEYOND})" if each.beyond_before else "")
-        rows.append((each.name, _declared(each), *([before] if has_before else []), *_state_value(each),
+        rows.append((each.name, _declared(each), *([before] if has_before else []),
+                     *_state_value(each, at_bound=each.beyond),
                      units.with_unit(units.number(each.scatter, 2), unit),
                      _BEYOND if each.beyond else "" if each.determined else NOT_DETERMINED))
     means = ("mean without", "mean with the findings") if has_before else ("mean",)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineParameter, MachineStudyResult, Rival
 from slipstick.machine_studies.words import answer, name_finding
-from slipstick.report.machine_study import advise, sections, tell_evidence
+from slipstick.report.machine_study import advise, parameter_table, sections, tell_evidence
 from slipstick.report.study.parts import Items, Table
 from slipstick.studies.finding import Coefficient, Law
 
@@ -109,3 +109,10 @@ def test_the_verdict_tells_which_findings_are_sure() -> None:
     last = replace(early, findings=result.findings[2:])
     assert tell_evidence(last).startswith("This is not sure: “winding” not converged. The runs agree")
     assert tell_evidence(make_result(*last.findings)).startswith("The runs agree")
+
+
+def test_an_interval_without_width_at_a_bound_is_left_out() -> None:
+    dry, = make_result().parameters
+    narrow = replace(dry, value=0.029, lower=0.028999, upper=0.029001, beyond=True)
+    _, rows = parameter_table([narrow, replace(narrow, beyond=False), replace(dry, beyond=True)])
+    assert [row[3] for row in rows] == ["–", "0.02900 to 0.02900 N m", "0.02800 to 0.03000 N m"]
