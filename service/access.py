@@ -62,7 +62,7 @@ class Access:
         if method in READING:
             return None
         origin, site = headers.get(b"origin"), headers.get(b"sec-fetch-site", "none")
-        other = origin is not None and urlsplit(origin).netloc.lower() != host.lower()
+        other = origin is not None and _authority(origin) != host.lower()
         if other or site not in ("none", "same-origin"):
             return problem_details.CrossSite("A page of another site sent the request",
                                              "Send it from a program, or from the pages of this service")
@@ -87,6 +87,14 @@ class Access:
         return None if caller.may(role) else problem_details.RoleRequired(
             f"The request needs the role {role}; the token '{caller.name}' has the role {caller.role}",
             "Ask the administrator of the service for a token with this role")
+
+
+def _authority(address: str) -> str | None:
+    """The host and port of an address, None where it has no valid form."""
+    try:
+        return urlsplit(address).netloc.lower()
+    except ValueError:
+        return None
 
 
 def _host_name(address: str) -> str | None:

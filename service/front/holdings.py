@@ -2,15 +2,17 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
+from slipstick.bench import Bench
 from slipstick.black_box import Measurements
 from slipstick.errors import SlipstickError
 from slipstick.machine import Runs
 from slipstick.numerics.quantities import raised
 from slipstick.pictures import units
 from slipstick.pictures.theme import in_words
+from slipstick.recordings import Recordings
 from slipstick.report.words import listed
 from slipstick.storage.library import Library
-from slipstick.table import Axis, Surrogate
+from slipstick.table import Axis, Surrogate, Table
 
 from ..front.elements import UNFOLDED, Entry, group, listings, plural
 from .file_actions import Folder
@@ -38,7 +40,10 @@ def file_entry(folder: Folder, name: str, library: Library) -> Entry:
 
 def about_table(library: Library, name: str) -> str:
     """Return what a table holds, in a sentence."""
-    table = library.table(name)
+    return library.derive_from_table(name, _describe_table)
+
+
+def _describe_table(table: Table) -> str:
     axes = listed([f"{in_words(axis.name)} ({_range(axis)})" for axis in table.axes])
     if isinstance(table, Surrogate):
         kind = f"Surrogate (held-out RMS error {1e3 * table.error.overall_rms:.3g} m{table.output.unit})"
@@ -56,7 +61,10 @@ def _range(axis: Axis) -> str:
 
 def about_recordings(library: Library, name: str) -> str:
     """Return what recordings hold, in a sentence."""
-    recordings = library.recorded(name)
+    return library.derive_from_recorded(name, _describe_recordings)
+
+
+def _describe_recordings(recordings: Recordings | Measurements | Runs) -> str:
     if isinstance(recordings, Runs):
         description = f". {recordings.description}" if recordings.description else ""
         return f"{plural(len(recordings), 'run')} of the machine “{recordings.machine}”{description}"
@@ -70,7 +78,10 @@ def about_recordings(library: Library, name: str) -> str:
 
 def about_bench(library: Library, name: str) -> str:
     """Return what a bench is, in a sentence."""
-    bench = library.bench(name)
+    return library.derive_from_bench(name, _describe_bench)
+
+
+def _describe_bench(bench: Bench) -> str:
     return f"{bench.title}, {plural(len(bench.conditions), 'condition')}"
 
 

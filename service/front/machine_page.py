@@ -8,14 +8,13 @@ from collections.abc import Iterable, Mapping
 from html import escape
 from itertools import islice
 from typing import Any
-from urllib.parse import quote
+from urllib.parse import quote, urlencode
 
 import numpy as np
 
-from slipstick.black_box import BlackBoxDescription
 from slipstick.black_box.known import KnownMachine, SimulatedOutput
 from slipstick.errors import SlipstickError
-from slipstick.machine import Command, Condition, MachineDescription, Output, Parameter, Quantity, Runs
+from slipstick.machine import Command, Condition, MachineDescription, Output, Parameter, Quantity
 from slipstick.machine.description import BlockDescription
 from slipstick.pictures import units
 from slipstick.pictures.panels import draw_curves
@@ -31,7 +30,7 @@ from ..front.panels import Panel, draw_panels
 from ..machines import Machines, StoredMachine
 from .forms import WITHOUT_SCRIPT, Form, folded
 from .holdings import file_entry
-from .orders import open_valid, valid_tables
+from .orders import recorded_subjects, table_subjects
 
 _MOST_CURVES, _POINTS = 12, 400
 """Profiles of a command that are drawn, and points of each."""
@@ -66,7 +65,9 @@ def about_machine(known: KnownMachine) -> str:
     if declared is None:
         inputs = known.outputs[0].about.inputs if known.outputs else ()
         return f"{plural(len(inputs), 'input')}, {plural(known.experiments, 'condition')}{tables}"
-    blocks = f"{plural(len(declared.blocks), 'block')} ({listed([each.name for each in declared.blocks])})"
+    blocks = plural(len(declared.blocks), "block")
+    if declared.blocks:
+        blocks += f" ({listed([each.name for each in declared.blocks])})"
     run = plural(known.experiments, "experiment") if known.experiments else "no experiments of its own"
     return f"{blocks}, {plural(len(_parameters(declared.blocks)), 'parameter')}, {run}{tables}"
 
@@ -78,7 +79,10 @@ def machine_page(stored: StoredMachine, orders: Mapping[str, Form], library: Lib
                         "file.", "note") if stored.workers else (
         '<aside class="warnings"><p><strong>No running worker has its file.</strong> What is shown is what the last '
         "one told. Jobs of this machine need a worker: <code>slipstick work --machine FILE</code></p></aside>")
-    links = '<p class="links">' + Link("Jobs with it", f"/find?text={quote(stored.name, safe='')}").html() + "</p>"
+    added = [] if known.declared is None else [
+        Link("Add recordings of it", f"/upload?{urlencode({'machine': stored.name})}#read-files")]
+    links = '<p class="links">' + " · ".join(link.html() for link in (
+        *added, Link("Jobs with it", f"/find?{urlencode({'text': stored.name})}"))) + "</p>"
     actions = section("What to do", running, *(
         [WITHOUT_SCRIPT, *(folded(title, form.html()) for title, form in orders.items())] if orders else []), links)
     declared = known.declared
@@ -283,10 +287,10 @@ def _titled(name: str, unit: str) -> str:
 
 
 def _runs_of(name: str, library: Library) -> list[Entry]:
-    return [file_entry("recordings", entry, library) for entry in library.recordings()
-            if isinstance(opened := open_valid(library, entry), Runs) and opened.machine == name]
+    return [file_entry("recordings", entry, library) for entry, subject in recorded_subjects(library)
+            if subject.machine == name]
 
 
 def _tables_of(name: str, library: Library) -> list[Entry]:
-    return [file_entry("tables", entry, library) for entry, opened in valid_tables(library)
-            if isinstance(opened.model, BlackBoxDescription) and opened.model.title == name]
+    return [file_entry("tables", entry, library) for entry, subject in table_subjects(library)
+            if subject.machine == name]

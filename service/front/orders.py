@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 
 from slipstick.bench import parameters
 from slipstick.black_box import BlackBoxDescription, Measurements
@@ -22,8 +23,8 @@ from ..machines import Machines, StoredMachine
 from .forms import KEY_PATTERN, NAME_PATTERN, NAME_RULE, Field, Form, expert_fields
 
 _BUDGETS = [("", "a day"), ("60", "1 minute"), ("600", "10 minutes"), ("3600", "1 hour"), ("14400", "4 hours")]
-_BUDGET = Field("time_budget", "Time limit", "when it ends, what there is by then becomes the result", "choice",
-                choices=_BUDGETS, is_json=True)
+_BUDGET = Field("time_budget", "Time limit", "when it ends, what there is by then becomes the result, if it suffices "
+                "for one", "choice", choices=_BUDGETS, is_json=True)
 _TABLE_NAME = Field("name", "Name of the table", "under which pages and programs find it", required=True,
                     pattern=NAME_PATTERN, rule=NAME_RULE)
 _NAME = Field("Idempotency-Key", "Name", "becomes its id and part of its address; empty for a random one",
@@ -40,12 +41,13 @@ def recordings_orders(library: Library, name: str, recordings: Recordings | Meas
         return {"Study these runs": machine_study_form(name, worker),
                 "Calibrate the machine to these runs": calibration_form(name, None, worker),
                 **machine_orders(recordings.machine, stored, worker)}
-    tables = [(entry, table) for entry, table in valid_tables(library) if _fits(table, recordings)]
+    recorded = _subject_of_recordings(recordings)
+    tables = [(entry, table) for entry, table in table_subjects(library) if _fits(table, recorded)]
     orders = {"Study these recordings": study_form(name, library.benches()),
               "Calibrate a bench to these recordings": calibration_form(name, library.benches())} \
         if isinstance(recordings, Recordings) else {}
     if tables:
-        axes = dict.fromkeys(axis.name for _, table in tables for axis in table.axes)
+        axes = dict.fromkeys(axis for _, table in tables for axis in table.axes)
         orders["Fit the inputs of a table to these recordings"] = fit_form(
             [entry for entry, _ in tables], [name], list(axes))
     return orders
@@ -53,14 +55,14 @@ def recordings_orders(library: Library, name: str, recordings: Recordings | Meas
 
 def table_orders(library: Library, name: str, table: Table) -> dict[str, Form]:
     """Return the jobs that a table can be given to: what each does, and its form."""
-    names = [entry for entry in library.recordings() if _fits(table, open_valid(library, entry))]
+    names = [entry for entry, recorded in recorded_subjects(library) if _fits(_subject_of_table(table), recorded)]
     return {"Fit the inputs of this table to recordings": fit_form(
         [name], names, [axis.name for axis in table.axes])} if names else {}
 
 
 def machine_tables(library: Library) -> list[str]:
     """Return the names of the tables of other machines, for which measurements can be added."""
-    return [name for name, table in valid_tables(library) if isinstance(table.model, BlackBoxDescription)]
+    return [name for name, table in table_subjects(library) if table.machine is not None]
 
 
 def machine_orders(name: str, stored: StoredMachine | None, worker: str = "") -> dict[str, Form]:
@@ -98,7 +100,7 @@ def calibration_form(recordings: str, benches: Sequence[str] | None, worker: str
 
 def bench_orders(library: Library, name: str) -> dict[str, Form]:
     """Return the jobs that a bench can be given to: what each does, and its form."""
-    recordings = [entry for entry in library.recordings() if isinstance(open_valid(library, entry), Recordings)]
+    recordings = [entry for entry, recorded in recorded_subjects(library) if recorded == _OF_CLUTCH]
     return {"Build a table of this bench": build_form(bench=name, recordings=recordings)}
 
 
@@ -165,7 +167,8 @@ def machine_study_form(recordings: str, worker: str) -> Form:
     return Form("study", "/v1/studies", "Start the study", [
         Field("recordings", "", kind="hidden", value=recordings), _BUDGET, _NAME],
         expert_fields(EngineSettings, "engine"),
-        about=f"A study tests every quantity of the machine for a dependence that its model lacks.{worker}")
+        about="A study tests every quantity of the machine for a dependence that its model lacks. It takes minutes, "
+              f"and with hundreds of runs up to an hour.{worker}")
 
 
 def fit_form(tables: Sequence[str], recordings: Sequence[str], parameters: Sequence[str]) -> Form:
@@ -191,27 +194,57 @@ def _choice(name: str, label: str, about: str, values: Sequence[str]) -> Field:
     return Field(name, label, about, "choice", value=values[-1], choices=[(value, value) for value in values])
 
 
-def valid_tables(library: Library) -> list[tuple[str, Table]]:
-    """Return the tables that can be read, by name."""
-    tables = []
+@dataclass(frozen=True)
+class TableSubject:
+    """What a table is of: another `machine` by its title, None for a clutch; its `output` and its `axes` by name."""
+
+    machine: str | None
+    output: str
+    axes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class RecordedSubject:
+    """What recordings are of: runs of a `machine`, measurements of an `output` of another machine, or a clutch."""
+
+    machine: str | None = None
+    output: str | None = None
+
+
+_OF_CLUTCH = RecordedSubject()
+
+
+def table_subjects(library: Library) -> list[tuple[str, TableSubject]]:
+    """Return what each table is of that can be read, by its name; the page of the others says why they cannot."""
+    subjects = []
     for name in library.tables():
-        try:
-            tables.append((name, library.table(name)))
-        except SlipstickError:  # the page of the files says why
-            continue
-    return tables
+        with suppress(SlipstickError):
+            subjects.append((name, library.derive_from_table(name, _subject_of_table)))
+    return subjects
 
 
-def open_valid(library: Library, name: str) -> Recordings | Measurements | Runs | None:
-    """Return recordings, None where they cannot be read."""
-    try:
-        return library.recorded(name)
-    except SlipstickError:
-        return None
+def recorded_subjects(library: Library) -> list[tuple[str, RecordedSubject]]:
+    """Return what each recordings file is of that can be read, by its name."""
+    subjects = []
+    for name in library.recordings():
+        with suppress(SlipstickError):
+            subjects.append((name, library.derive_from_recorded(name, _subject_of_recordings)))
+    return subjects
 
 
-def _fits(table: Table, recordings: Recordings | Measurements | Runs | None) -> bool:
+def _subject_of_table(table: Table) -> TableSubject:
+    machine = table.model.title if isinstance(table.model, BlackBoxDescription) else None
+    return TableSubject(machine, table.output.name, tuple(axis.name for axis in table.axes))
+
+
+def _subject_of_recordings(recordings: Recordings | Measurements | Runs) -> RecordedSubject:
+    if isinstance(recordings, Runs):
+        return RecordedSubject(machine=recordings.machine)
+    return RecordedSubject(output=recordings.output.name) if isinstance(recordings, Measurements) else _OF_CLUTCH
+
+
+def _fits(table: TableSubject, recorded: RecordedSubject) -> bool:
     """Whether recordings are of what a table holds: shifting times, or the output of another machine."""
-    if isinstance(recordings, Measurements):
-        return isinstance(table.model, BlackBoxDescription) and table.output.name == recordings.output.name
-    return isinstance(recordings, Recordings) and not isinstance(table.model, BlackBoxDescription)
+    if recorded.output is not None:
+        return table.machine is not None and table.output == recorded.output
+    return recorded == _OF_CLUTCH and table.machine is None

@@ -43,7 +43,7 @@ def download_recordings(name: RecordingsNamePath, library: LibraryDependency) ->
             responses=_file_response("toml"))
 def download_bench(name: BenchNamePath, library: LibraryDependency) -> FileResponse:
     """Return the TOML file of a bench, valid or not, as it is stored."""
-    return _send(library, name, "toml", lambda wanted: wanted in library.benches(), library.bench)
+    return _send(library, name, "toml", library.has_bench, library.bench)
 
 
 def _send(library: Library, name: str, extension: str, exists: Callable[[str], bool],

@@ -11,6 +11,7 @@ from pydantic import BaseModel, Field
 from slipstick.acquisition.archive import MAPPING, ImportReport, import_archive
 from slipstick.machine import Runs
 from slipstick.recordings import Recordings
+from slipstick.storage.library import require_name
 
 from ..bodies import JsonRoute, require_media_type
 from ..computations import reads_upload
@@ -141,6 +142,7 @@ def import_recordings(name: ImportName, archive: Annotated[bytes, Depends(_archi
     time and memory. An existing file is never replaced. With `preview`, nothing is stored. A machine is one that a
     worker has told of (`slipstick work --machine FILE.py`); its file is not run.
     """
+    require_name(name)  # before the files are read, which may take minutes
     subject = find_subject(library, machines, bench, machine)
     content, report = import_archive(archive, subject, leads_in=pictures > 0)
     if preview:

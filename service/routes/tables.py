@@ -211,13 +211,18 @@ def entry(library: Library, name: str) -> TableEntry:
     """Return the entry of a list of tables, also of an invalid file."""
     href = f"/v1/tables/{name}"
     try:
-        table = library.table(name)
+        described = library.derive_from_table(name, _summarize)
     except SlipstickError as error:
         return TableEntry(name=name, kind=None, axes=[], shape=[], digest=None, problem=str(error), href=href)
-    return TableEntry(name=name, kind=table.kind, axes=[axis.name for axis in table.axes],
+    return described.model_copy(update={"name": name, "href": href})
+
+
+def _summarize(table: Table) -> TableEntry:
+    """Return the entry of a table, without its name."""
+    return TableEntry(name="", kind=table.kind, axes=[axis.name for axis in table.axes],
                       shape=[*(len(knots) for knots in table.knots or ()), len(table.conditions)],
                       error=_error(table.error) if isinstance(table, Surrogate) else None, digest=table.digest,
-                      href=href)
+                      href="")
 
 
 def _statuses(table: Grid) -> StatusCounts:

@@ -48,10 +48,14 @@ class KnownMachine:
         return read_json(cls, text)
 
     def to_json(self) -> str:
-        """Return the machine as JSON; raises `InvalidValue` where it is too large, or its name no line of text."""
+        """Return the machine as JSON; raises `InvalidValue` where it is too large, or its name no line of text, or one
+        that no address can have."""
         if not (0 < len(self.name) <= LONGEST_NAME and self.name.isprintable()):
             raise InvalidValue(f"'{self.name[:60]}' cannot be the name of a machine for others",
                                f"Give 1 to {LONGEST_NAME} characters in one line")
+        if {".", ".."} & set(self.name.split("/")):
+            raise InvalidValue(f"'{self.name[:60]}' cannot be part of an address, in which '.' and '..' are folders",
+                               "Give a name without '.' and '..' between slashes")
         return write_json(self)
 
 

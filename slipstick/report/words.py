@@ -145,8 +145,8 @@ def _each(values: Sequence[str], axes: Sequence[str]) -> str:
 
 
 def listed(names: list[str]) -> str:
-    """Join names with commas and "and"."""
-    return names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1]
+    """Join names with commas and "and"; empty without names."""
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def duration(seconds: float) -> str:

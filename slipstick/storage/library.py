@@ -5,10 +5,11 @@ import os
 import re
 import secrets
 import shutil
-from collections.abc import Iterator
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -29,6 +30,8 @@ from slipstick.machine.runs_file import read_untrusted_runs
 from slipstick.recordings import Form, Recordings
 from slipstick.storage.files import replacing
 from slipstick.storage.versions import (
+    Version,
+    derive,
     describes_machine,
     holds_table,
     known_table,
@@ -43,6 +46,7 @@ from slipstick.table import Table
 from slipstick.table.upload import verify
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
+_T = TypeVar("_T")
 _OTHER_LINES = 1000
 """Lines of a CSV file that may be remarks."""
 _FEWER_ENGAGEMENTS = "Split the file, or let the administrator increase SLIPSTICK_ENGAGEMENTS"
@@ -64,10 +68,20 @@ class Library:
 
     def bench(self, name: str) -> Bench:
         """Open and check the bench `name`; raises `UnknownName` and `BadBench`."""
-        if name not in (known := self.benches()):
-            raise UnknownName.of("bench", name, known)
+        return self._read_bench(name, open_bench)
+
+    def derive_from_bench(self, name: str, function: Callable[[Bench], _T]) -> _T:
+        """Return what a `function` of a module makes of the bench `name`: little, which is kept longer than the bench.
+
+        Raises what `bench` raises.
+        """
+        return self._read_bench(name, lambda version: derive(version, open_bench, function))
+
+    def _read_bench(self, name: str, read: Callable[[Version], _T]) -> _T:
+        if not self.has_bench(name):
+            raise UnknownName.of("bench", name, self.benches())
         with readable(self.folder / f"{name}.toml", BadBench) as version:
-            return open_bench(version)
+            return read(version)
 
     def bench_of_model(self, physics: Physics) -> str:
         """Name of the bench whose physics this is, that of a model; raises `UnknownName`."""
@@ -91,6 +105,10 @@ class Library:
         """Names of the recordings, sorted."""
         return sorted(path.stem for path in self._files() if not holds_table(path))
 
+    def has_bench(self, name: str) -> bool:
+        """Whether there is a bench of this name, valid or not; the folder is not listed."""
+        return (path := self._file(name, "toml")) is not None and not describes_machine(path)
+
     def has_table(self, name: str) -> bool:
         """Whether there is a table of this name, valid or not; the folder is not listed."""
         return (path := self._file(name)) is not None and holds_table(path)
@@ -110,10 +128,17 @@ class Library:
         """Open and verify the table `name`; raises `UnknownName` and what `Table.open` raises."""
         if (known := self.table_in_memory(name)) is not None:
             return known
+        return self._read_table(name, open_table)
+
+    def derive_from_table(self, name: str, function: Callable[[Table], _T]) -> _T:
+        """As `derive_from_bench`, of the table `name`; raises what `table` raises."""
+        return self._read_table(name, lambda version: derive(version, open_table, function))
+
+    def _read_table(self, name: str, read: Callable[[Version], _T]) -> _T:
         if not self.has_table(name):
             raise self._other_kind("table", name, self.tables(), "recordings", self.has_recordings(name))
         with readable(self.folder / f"{name}.h5", BadTable) as version:
-            return open_table(version)
+            return read(version)
 
     @staticmethod
     def _other_kind(kind: str, name: str, known: list[str], other: str, is_other: bool) -> UnknownName:
@@ -139,10 +164,17 @@ class Library:
 
     def recorded(self, name: str) -> Recordings | Measurements | Runs:
         """As `measured`, or the runs `name` of a declared machine; raises the same errors."""
+        return self._read_recorded(name, open_recordings)
+
+    def derive_from_recorded(self, name: str, function: Callable[[Recordings | Measurements | Runs], _T]) -> _T:
+        """As `derive_from_bench`, of the recordings `name`; raises what `recorded` raises."""
+        return self._read_recorded(name, lambda version: derive(version, open_recordings, function))
+
+    def _read_recorded(self, name: str, read: Callable[[Version], _T]) -> _T:
         if not self.has_recordings(name):
             raise self._other_kind("recordings file", name, self.recordings(), "a table", self.has_table(name))
         with readable(self.folder / f"{name}.h5", BadRecording) as version:
-            return open_recordings(version)
+            return read(version)
 
     def add_bench(self, name: str, content: bytes) -> Bench:
         """Check the bytes of a bench file and store them atomically as `name`.
@@ -253,7 +285,8 @@ class Library:
     def _remove(self, kind: str, name: str, known: list[str], form: str) -> None:
         if name not in known:
             raise UnknownName.of(kind, name, known)
-        (self.folder / f"{name}.{form}").unlink(missing_ok=True)
+        with _change(kind, name):
+            (self.folder / f"{name}.{form}").unlink()
 
     def rename_table(self, name: str, new: str) -> None:
         """Rename the file of the table `name`, valid or not.
@@ -274,9 +307,14 @@ class Library:
         require_name(new)
         if name not in known:
             raise UnknownName.of(kind, name, known)
-        old = self.folder / f"{name}.{form}"
-        os.link(old, self.folder / f"{new}.{form}", follow_symlinks=False)  # a rename could replace a file
-        old.unlink(missing_ok=True)
+        old, linked = self.folder / f"{name}.{form}", self.folder / f"{new}.{form}"
+        with _change(kind, name):
+            os.link(old, linked, follow_symlinks=False)  # a rename could replace a file
+            try:
+                old.unlink()
+            except FileNotFoundError:  # another request has deleted or renamed it in the meantime
+                linked.unlink(missing_ok=True)
+                raise
 
     def _require_engagements(self, count: int) -> None:
         if self.most_engagements is not None and count > self.most_engagements:
@@ -320,12 +358,27 @@ class Library:
                               f"Name the bench. Known: {', '.join(self.benches()) or 'none'}")
         return names[0]
 
-    def _file(self, name: str) -> Path | None:
-        path = self.folder / f"{name}.h5"
+    def _file(self, name: str, form: str = "h5") -> Path | None:
+        path = self.folder / f"{name}.{form}"
         return path if _NAME.fullmatch(name) and os.path.lexists(path) else None
 
     def _files(self, suffix: str = ".h5") -> list[Path]:
         return [path for path in self.folder.glob(f"*{suffix}") if _NAME.fullmatch(path.stem)]
+
+
+@contextmanager
+def _change(kind: str, name: str) -> Iterator[None]:
+    """Raise `UnknownName` if the file that is deleted or renamed vanishes meanwhile, `InvalidValue` if it must stay."""
+    try:
+        yield
+    except FileExistsError:
+        raise
+    except FileNotFoundError:
+        raise UnknownName(f"The {kind} '{name}' was deleted or renamed at the same time",
+                          "List the files, and choose one of them") from None
+    except OSError as error:
+        raise InvalidValue(f"The {kind} '{name}' cannot be deleted or renamed ({error.strerror})",
+                           "Let the administrator of the service check the folder of the tables") from error
 
 
 def require_name(name: str) -> None:

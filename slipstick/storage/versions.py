@@ -2,10 +2,11 @@
 
 import io
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
+from typing import Any, TypeVar
 from weakref import WeakValueDictionary
 
 import h5py
@@ -19,8 +20,12 @@ from slipstick.machine.runs_file import MARK as RUNS_MARK
 from slipstick.recordings import Recordings
 from slipstick.table import Table
 
+_Content = TypeVar("_Content")
+_T = TypeVar("_T")
 Version = tuple[Path, int, int]
 """Path, modification time in ns and size in bytes: a rebuilt file is a new version."""
+_KEPT = 8192
+"""Number of files of which little is kept, such as their kind; of few, the content is."""
 
 
 def version_of(path: Path) -> Version:
@@ -56,12 +61,12 @@ def describes_machine(path: Path) -> bool:
     return False
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=_KEPT)
 def _is_machine(version: Version) -> bool:
     return is_black_box(version[0])
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=_KEPT)
 def _is_table(version: Version) -> bool:
     try:
         return "layout" in marks(version[0])
@@ -113,3 +118,17 @@ def open_recordings(version: Version) -> Recordings | Measurements | Runs:
 def open_bench(version: Version) -> Bench:
     """Read and check a bench; raises `BadBench`."""
     return Bench.open(version[0])
+
+
+def derive(version: Version, open_file: Callable[[Version], _Content], function: Callable[[_Content], _T]) -> _T:
+    """Return what a `function` of a module makes of a file, which is not opened for it again; raises what opening does.
+
+    It is small, because it is kept much longer than the content of the file.
+    """
+    derived: _T = _derive(version, open_file, function)
+    return derived
+
+
+@lru_cache(maxsize=4 * _KEPT)
+def _derive(version: Version, open_file: Callable[[Version], Any], function: Callable[[Any], Any]) -> Any:
+    return function(open_file(version))

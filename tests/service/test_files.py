@@ -3,7 +3,9 @@
 import os
 import shutil
 import sqlite3
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import httpx
@@ -11,9 +13,9 @@ import pytest
 from test_problems import problem
 
 from service.settings import Settings
-from slipstick.errors import BadBench, BadRecording, BadTable, LimitExceeded
+from slipstick.errors import BadBench, BadRecording, BadTable, LimitExceeded, UnknownName
 from slipstick.storage.library import Library
-from slipstick.storage.versions import holds_table
+from slipstick.storage.versions import _open_verified, holds_table, open_bench, open_recordings
 from tests.benches import TABLES
 
 CSV = {"Content-Type": "text/csv"}
@@ -49,8 +51,38 @@ def test_a_broken_file_concerns_itself_alone(client: httpx.Client, folder: Path)
         assert "is not a file" in client.get(f"/v1/{kind}/dangling").json()["detail"]
     assert client.get("/v1/health").is_success
     assert client.post("/v1/evaluate", json={"points": [[1.0, 1.0]]}).is_success
+    for kind in ("tables", "benches"):
+        for answer in (client.delete(f"/v1/{kind}/folder"), client.patch(f"/v1/{kind}/folder", json={"name": "new"})):
+            assert "'folder' cannot be deleted or renamed" in problem(answer, 422)["detail"]
     assert client.delete("/v1/tables/dangling").status_code == 204
     assert not os.path.lexists(folder / "dangling.h5")
+
+
+def test_each_of_many_files_is_opened_once_for_lists_and_forms(client: httpx.Client, folder: Path) -> None:
+    for number in range(20):  # more than the contents that are kept
+        for name in ("nominal.h5", "measured.h5", "heavy.toml"):
+            stem, _, form = name.partition(".")
+            shutil.copy(folder / name, folder / f"{stem}-{number}.{form}")
+    pages = ("/", "/upload", "/find", "/tables/nominal", "/recordings/measured", "/benches/heavy", "/v1/tables",
+             "/v1/recordings", "/v1/benches")
+
+    def count_opened() -> int:
+        for page in pages:
+            client.get(page).raise_for_status()
+        return sum(each.cache_info().misses for each in (_open_verified, open_recordings, open_bench))
+
+    count_opened()
+    opened = count_opened()
+    assert count_opened() <= opened + 6  # the files of the pages, whose contents may be forgotten
+    client.patch("/v1/recordings/measured-3", json={"name": "renamed"}).raise_for_status()
+    client.delete("/v1/benches/heavy-3").raise_for_status()
+    (folder / "heavy-4.toml").write_text((folder / "heavy-4.toml").read_text().replace('title = "', 'title = "Other '))
+    front = client.get("/").text
+    assert "/recordings/renamed" in front
+    assert "/recordings/measured-3\"" not in front
+    assert "/benches/heavy-3\"" not in front
+    titles = {each["name"]: each["title"] for each in client.get("/v1/benches").json()["benches"]}
+    assert titles["heavy-4"] == f"Other {titles['heavy-5']}"
 
 
 def test_a_file_that_vanishes_is_an_error_of_that_file(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -59,9 +91,8 @@ def test_a_file_that_vanishes_is_an_error_of_that_file(folder: Path, monkeypatch
              (library.bench, "heavy", BadBench)]
     for opened, name, _ in names:
         opened(name)
-    for known in ("has_table", "has_recordings"):
+    for known in ("has_table", "has_recordings", "has_bench"):
         monkeypatch.setattr(Library, known, lambda *_: True)
-    monkeypatch.setattr(Library, "benches", lambda _: ["heavy"])
     for path in folder.iterdir():
         path.unlink()
     monkeypatch.setattr(Path, "is_file", lambda _: True)  # it vanishes after this check
@@ -181,6 +212,30 @@ def test_an_invalid_file_is_renamed(client: httpx.Client, folder: Path) -> None:
     (folder / "dangling.h5").symlink_to(folder / "nowhere.h5")
     assert client.patch("/v1/tables/dangling", json={"name": "still"}).json()["problem"]
     assert (folder / "still.h5").is_symlink()
+
+
+def test_of_changes_at_the_same_time_a_single_one_happens(folder: Path) -> None:
+    library, start = Library(folder), threading.Barrier(3)
+
+    def change(act: Callable[[], None]) -> bool:
+        start.wait()
+        try:
+            act()
+        except UnknownName:
+            return False
+        return True
+
+    acts = [lambda: library.rename_recordings("many", "first"), lambda: library.rename_recordings("many", "second"),
+            lambda: library.remove_recordings("many")]
+    with ThreadPoolExecutor(3) as threads:
+        for _ in range(100):
+            shutil.copy(folder / "measured.h5", folder / "many.h5")
+            happened = list(threads.map(change, acts))
+            left = [name for name in ("first", "second", "many") if (folder / f"{name}.h5").exists()]
+            assert sum(happened) == 1
+            assert left == [name for name, done in zip(("first", "second"), happened[:2], strict=True) if done]
+            for name in left:
+                library.remove_recordings(name)
 
 
 def test_what_a_job_uses_is_not_renamed_and_results_keep_the_former_name(client: httpx.Client, folder: Path) -> None:

@@ -63,9 +63,13 @@ def test_what_cannot_be_told_is_left_out(tmp_path: Path, capfd: pytest.CaptureFi
     with engine.begin() as connection:
         connection.execute(text(heartbeat._CREATE))
     heartbeat.beat(engine, "a")
-    known_machines.tell(engine, "a", [KnownMachine("two\nlines", None, ()), *MOTOR, KnownMachine("x" * 300, None, ())])
-    assert [each.name for each in Machines(engine).read_all()] == ["dc motor"]
-    assert "The service is not told of the machine 'two\nlines'" in capfd.readouterr().err
+    wrong = ["two\nlines", "x" * 300, "", "..", "drives/../motor"]
+    known_machines.tell(engine, "a", [*(KnownMachine(name, None, ()) for name in wrong), *MOTOR,
+                                      KnownMachine("a/b..c", None, ())])
+    assert [each.name for each in Machines(engine).read_all()] == ["a/b..c", "dc motor"]
+    said = capfd.readouterr().err
+    for name in wrong:
+        assert f"The service is not told of the machine '{name[:60]}'" in said
     engine.dispose()
 
 
