@@ -158,7 +158,7 @@ def _gaps(side: Side) -> dict[str, str]:
     if gap is None:
         return {}
     if "closures" not in gap:
-        return {"whole machine": f"{_number(gap['before'])} to {_number(gap['after'])}"}
+        return {"whole machine": f"{_number(gap['before'])} to {_number(gap['after'])} squared residuals beyond noise"}
     return {in_words(name): _closure(name, closure) for name, closure in gap["closures"].items()}
 
 

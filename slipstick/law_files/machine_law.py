@@ -1,12 +1,13 @@
 """Laws that the engine measured, as tables, and the equations of their kinds."""
 
 import re
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
 from slipstick.engine.bases import flat_forms
-from slipstick.engine.kinds import KindOfLaw
+from slipstick.engine.kinds import Coefficient, KindOfLaw
 from slipstick.engine.laws import CURVE, GAIN, PAST
 from slipstick.engine.measured_law import DEVIATIONS, Law
 from slipstick.errors import InvalidValue
@@ -47,16 +48,21 @@ def write_equation(law: Law, kind: KindOfLaw) -> str | None:
     """
     if kind.name not in TERMS:
         return None
-    terms, values = TERMS[kind.name], {each.name: describe_value(each.value, each.unit) for each in kind.coefficients}
-    names = {"x": _name_variable(law), "B": describe_value(float(law.x[0]), law.on_unit)}
-    for each in kind.coefficients:
-        if each.name not in terms:
-            is_time = each.unit == "samples"
-            names["S"] = describe_value(each.value * law.period, "s") if is_time else values[each.name]
+    terms, values = TERMS[kind.name], {each.name: describe_value(each.value, each.unit)
+                                       for each in list_coefficients(law, kind)}
+    shape = next((value for name, value in values.items() if name not in terms), "")
+    names = {"x": _name_variable(law), "B": describe_value(float(law.x[0]), law.on_unit), "S": shape}
     parts = [values[name] + (" * " + re.sub(r"\b[xBS]\b", lambda word: names[word[0]], term)) * (term != "1")
              for name, term in terms.items() if name in values]
     left = f"{'relative ' * law.relative}change of the {law.pair[0]}"
     return f"{left} = {' + '.join(parts)}" + f", up to a {_KNOWN_UP_TO[law.known_up_to]}" * (law.known_up_to > 0)
+
+
+def list_coefficients(law: Law, kind: KindOfLaw) -> list[Coefficient]:
+    """Return the coefficients of the kind of a law, with times in s rather than in samples."""
+    return [each if each.unit != "samples" else
+            replace(each, value=each.value * law.period, lower=each.lower * law.period,
+                    upper=each.upper * law.period, unit="s") for each in kind.coefficients]
 
 
 def _name_variable(law: Law) -> str:

@@ -22,7 +22,7 @@ from slipstick.engine.study import (
     study,
 )
 from slipstick.law_files import LawTable
-from slipstick.law_files.machine_law import has_points, tabulate, write_equation
+from slipstick.law_files.machine_law import has_points, list_coefficients, tabulate, write_equation
 from slipstick.machine import Machine, Runs, require_runs, units_of
 from slipstick.machine.declaration import SENSOR
 from slipstick.machine_studies.result import (
@@ -129,15 +129,16 @@ def _state_finding(finding: Finding, studied: MachineStudy) -> MachineFinding:
         name_finding(pair, None if kind is None else kind.name, None if effect is None else effect.name), *pair,
         None if effect is None else effect.name, None if kind is None else kind.name,
         None if kind is None or law is None else write_equation(law, kind),
-        [] if kind is None else _state_coefficients(kind), blocks, finding.nats, finding.errors,
+        [] if kind is None or law is None else _state_coefficients(law, kind), blocks, finding.nats, finding.errors,
         [others[rival] for rival in finding.rivals],
         None if law is None or not has_points(law) else _state_law(law, kind),
         confirmation is not None and confirmation.nats > 0 if is_simulated else None,
         next((other for rival, other in others.items() if rival not in finding.rivals), None))
 
 
-def _state_coefficients(kind: KindOfLaw) -> list[Coefficient]:
-    return [Coefficient(each.name, each.unit, each.value, each.lower, each.upper, False) for each in kind.coefficients]
+def _state_coefficients(law: EngineLaw, kind: KindOfLaw) -> list[Coefficient]:
+    return [Coefficient(each.name, each.unit, each.value, each.lower, each.upper, False)
+            for each in list_coefficients(law, kind)]
 
 
 def _state_law(law: EngineLaw, kind: KindOfLaw | None) -> Law:

@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 
+from slipstick.engine.laws import LAG, PAST
 from slipstick.machine_studies.result import MachineFinding
-from slipstick.studies.words import NOTHING, title
+from slipstick.studies.words import NOTHING, count_others, list_findings, title
 
 
 def name_finding(pair: tuple[str, str], kind: str | None = None, effect: str | None = None) -> str:
@@ -14,19 +15,26 @@ def name_finding(pair: tuple[str, str], kind: str | None = None, effect: str | N
     return words if kind is None else f"{words} ({kind})"
 
 
+def is_memory(depends_on: str) -> bool:
+    """Whether a pair depends on a lag or on the past of a signal, which no run can set."""
+    return depends_on == LAG or depends_on.startswith(PAST)
+
+
+def find_past_signal(depends_on: str) -> str | None:
+    """Return the signal on whose past a pair depends; None for another dependence."""
+    return depends_on.removeprefix(PAST) if depends_on.startswith(PAST) else None
+
+
 def answer(findings: Sequence[MachineFinding], unexplained: Sequence[str]) -> str:
     """Return the answer in one sentence; blocks are `unexplained` in which no candidate explains what is left."""
     left = " and ".join(f"“{block}”" for block in unexplained)
     where = f"is missing in the block {left}, and no law that was tried explains it"
     if not findings:
         return f"Something {where}" if left else NOTHING
-    named = "; and ".join(_describe(finding) for finding in findings)
+    named = list_findings([_describe(finding, findings) for finding in findings])
     return f"Missing: {named}" + (f". Something more {where}" if left else "")
 
 
-def _describe(finding: MachineFinding) -> str:
-    words = finding.title[0].lower() + finding.title[1:]
-    if finding.rivals:
-        others = ", ".join(other.title[0].lower() + other.title[1:] for other in finding.rivals)
-        words = f"one of {1 + len(finding.rivals)} that these recordings do not tell apart: {words}, {others}"
-    return words + " (not confirmed by the simulation of the whole machine)" * (finding.confirmed is False)
+def _describe(finding: MachineFinding, findings: Sequence[MachineFinding]) -> str:
+    return (finding.title[0].lower() + finding.title[1:] + count_others(finding, findings)
+            + " (not confirmed by the simulation of the whole machine)" * (finding.confirmed is False))

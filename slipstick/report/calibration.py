@@ -11,19 +11,17 @@ from slipstick.pictures.theme import Spec, in_words
 from slipstick.pictures.units import fixed, number, scale, with_unit
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.report import markup
+from slipstick.report.doubts import LARGE_CHI_SQUARE
 from slipstick.report.machine_study import parameter_table
 from slipstick.report.shell import document, figures, home_of, provenance, tell_facts, tell_recordings
 from slipstick.report.words import signed
 
 CAPTIONS = {"parameters": parameters_picture.CAPTION}
 """The pictures of a calibration."""
-_LARGE_CHI_SQUARE = 2.0
-"""Reduced chi-square above which the text speaks of a missing effect: the residuals have twice the variance of the
-noise. The fit does not depend on it."""
 _SCATTER = "Scatter: standard deviation from run to run, as a share of the nominal value"
 _NOISE = "Sensor noise, its correlation from sample to sample, and reduced chi-square"
 _MISSING = ("Reduced chi-square is well above 1, although each run has parameters of its own: an effect is",
-            "missing (see `study`). Values and intervals then describe the best model without it.")
+            "missing, which a study may name. Values and intervals then describe the best model without it.")
 _NOT_CONVERGED = "The fit has not converged: do not use its intervals."
 
 
@@ -187,7 +185,7 @@ def _sources(job: Mapping[str, Any]) -> list[tuple[str, str | None]]:
 
 
 def _leaves_much(chi_square: Mapping[str, float]) -> bool:
-    return max(chi_square.values()) > _LARGE_CHI_SQUARE
+    return max(chi_square.values()) > LARGE_CHI_SQUARE
 
 
 def _list_undetermined(calibration: Calibration) -> list[str]:

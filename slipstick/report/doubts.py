@@ -7,6 +7,9 @@ from slipstick.pictures.calibration import distance, transformed, verdict
 from slipstick.pictures.output import Output
 from slipstick.pictures.residuals import groups_off
 
+LARGE_CHI_SQUARE = 2.0
+"""Reduced chi-square above which the text speaks of a missing effect: the residuals have twice the variance of the
+noise. No fit depends on it."""
 _SURE = 0.99
 """Level of a warning: one in a hundred right fits at most has it. The band of the picture is that of 90 %."""
 

@@ -1,29 +1,40 @@
 """The report of a study of a declared machine: answer, what to do, findings, parameters, gap and limitations."""
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
 from slipstick.machine_studies import MachineFigures, MachineStudyResult
 from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineParameter, Rival
 from slipstick.machine_studies.study import law_table
+from slipstick.machine_studies.words import find_past_signal, is_memory
 from slipstick.pictures import units
 from slipstick.pictures.machine_study import LEVEL, machine_pictures
-from slipstick.pictures.study.evidence import CERTAIN
 from slipstick.pictures.study.law import describe_change, headline, remarks
 from slipstick.pictures.study.words import argument, within
 from slipstick.pictures.theme import Spec, captions
 from slipstick.report import markup
+from slipstick.report.doubts import LARGE_CHI_SQUARE
 from slipstick.report.shell import document, figures, home_of, provenance, tell_facts
+from slipstick.report.study.findings import tell_distance
 from slipstick.report.study.glossary import explain
 from slipstick.report.study.page import render_box, render_section
 from slipstick.report.study.parts import Entries, Items, Note, Part, Picture, Section, Table
 from slipstick.report.study.simulation import NOT_DETERMINED
-from slipstick.report.study.todo import TITLE, attach_laws, caution, describe_seen, find_weakest
+from slipstick.report.study.todo import (
+    TITLE,
+    attach_laws,
+    caution,
+    check_channels,
+    describe_seen,
+    find_weakest,
+    say_take_over,
+)
 from slipstick.report.study.words import between, many
 from slipstick.report.words import listed
-from slipstick.studies.finding import Coefficient
+from slipstick.studies.finding import Coefficient, Paired
 from slipstick.studies.record import from_dict
 
 _LIMITS = (
@@ -78,8 +89,31 @@ def tell_evidence(result: MachineStudyResult) -> str:
     closed = "" if result.gap is None else (
         f" What was found closes {_share(result.gap.closed)} of the gap, a wrong law "
         f"{_share(result.gap.control_closed)}.")
-    return (f"The runs agree about it by {errors} standard errors.{closed} No confidence is stated: how often such "
-            "findings are right is not measured for this machine.")
+    return (f"{_tell_sure(result)}The runs agree about it by {errors} standard errors.{closed} No confidence is "
+            "stated: how often such findings are right is not measured for this machine.")
+
+
+def _tell_sure(result: MachineStudyResult) -> str:
+    """Return which findings are sure and why others are not; empty where all are sure."""
+    reasons = [_list_reasons(finding, result) for finding in result.findings]
+    if not any(reasons):
+        return ""
+    if len(reasons) == 1:
+        return f"This is not sure: {listed(reasons[0])}. "
+    sure = [str(place) for place, each in enumerate(reasons, 1) if not each]
+    doubtful = "; ".join(f"finding {place} ({listed(each)})" for place, each in enumerate(reasons, 1) if each)
+    named = f"finding{'s' * (len(sure) > 1)} {listed(sure)}" if sure else "none of the findings"
+    return f"Sure: {named}. Not sure: {doubtful}. "
+
+
+def _list_reasons(finding: MachineFinding, result: MachineStudyResult) -> list[str]:
+    """Return why a finding is not sure."""
+    own = [block for block in result.blocks if block.name in finding.blocks]
+    reasons = [("not told apart", bool(finding.rivals)),
+               ("not confirmed", finding.confirmed is False),
+               *((f"“{block.name}” leaves more than noise", _leaves_much(block)) for block in own),
+               *((f"“{block.name}” not converged", not block.converged) for block in own)]
+    return [reason for reason, is_so in reasons if is_so]
 
 
 def _share(share: float) -> str:
@@ -96,12 +130,13 @@ def advise(result: MachineStudyResult) -> Section:
     if not result.findings:
         parts.append(Items([_advise_without(result)]))
     entries: Entries = []
-    if result.kind == "none" or any(finding.confirmed is not False for finding in result.findings):
+    is_taken = result.kind == "none" or any(finding.confirmed is not False for finding in result.findings)
+    if is_taken and not any(map(_leaves_much, result.blocks)):
         rows: list[tuple[str, ...]] = [(each.name, *_state_value(each), _declared(each))
                                        for each in result.parameters if _is_changed(each)]
         text = "these parameters, whose intervals exclude what is declared. The table “Parameters” has the others." if \
             rows else "no parameter: the intervals of all that the recordings determine contain what is declared."
-        parts.append(Items([("Take over as well:" if result.findings else "Take over:", text)]))
+        parts.append(Items([(say_take_over(len(result.findings)), text)]))
         parts += [_new_values(rows)] if rows else []
     if result.gap is not None:
         entries.append(("What it is worth:", lead(result)))
@@ -114,12 +149,14 @@ def advise(result: MachineStudyResult) -> Section:
 def _advise_finding(finding: MachineFinding, result: MachineStudyResult, prefix: str) -> list[Part]:
     name, law = within(finding.title), finding.law
     doubtful = [f"“{block.name}”" for block in result.blocks
-                if block.name in finding.blocks and (block.unexplained or _is_worse(block))]
+                if block.name in finding.blocks and _leaves_much(block)]
     if finding.confirmed is False:
         what, text = "Do not add:", f"{name}. The simulation of the whole machine is no better with it."
     else:
         what = "Do not add yet:" if doubtful or finding.rivals else "Add:"
-        text = f"{name}, as the measured law." if finding.equation is None else \
+        by_law = f"{name}, as the measured law." if law is not None else \
+            f"{name}. Look for it by hand: the recordings show it, and no equation of it is known."
+        text = by_law if finding.equation is None else \
             f"{name}: {units.raised(finding.equation)}{_describe_zero(finding)}."
     if doubtful and finding.confirmed is not False:
         text += f" With it, {listed(doubtful)} still leave{'s' * (len(doubtful) == 1)} more than noise: what is " \
@@ -177,6 +214,10 @@ def _is_worse(block: MachineBlock) -> bool:
     return block.chi_square > _WORSE * block.before
 
 
+def _leaves_much(block: MachineBlock) -> bool:
+    return block.unexplained or _is_worse(block) or block.chi_square > LARGE_CHI_SQUARE
+
+
 def _advise_without(result: MachineStudyResult) -> tuple[str, str]:
     if result.kind == "none":
         return "Keep the model:", "add nothing to it."
@@ -186,24 +227,35 @@ def _advise_without(result: MachineStudyResult) -> tuple[str, str]:
 
 
 def _list_next(result: MachineStudyResult) -> list[str]:
+    doubtful = [check_channels(f"{block.name}: {block.signals}") for block in result.blocks if _leaves_much(block)]
+    return [*doubtful, *_list_runs(result)]
+
+
+def _list_runs(result: MachineStudyResult) -> list[str]:
     if result.partial is not None:
         return ["repeat the study with a larger time budget."]
     if result.kind == "none":
         return ["none is needed. Before the model is used beyond these conditions, record a few runs there."]
     if not result.findings:
         return ["repeat the runs that are described worst (picture below), with one condition changed at a time."]
-    return [text for finding in result.findings if (text := _describe_next(finding))]
+    return list(dict.fromkeys(text for finding in result.findings for text in _describe_next(finding)))
 
 
-def _describe_next(finding: MachineFinding) -> str:
-    names = list(dict.fromkeys([finding.depends_on, *(rival.depends_on for rival in finding.rivals)]))
+def _describe_next(finding: MachineFinding) -> Iterator[str]:
+    pairs: list[Paired] = [finding, *finding.rivals]
+    if not finding.rivals:
+        if finding.law is not None and (weakest := find_weakest(finding, finding.law)):
+            yield within(weakest)
+        return
+    names = list(dict.fromkeys(pair.depends_on for pair in pairs if not is_memory(pair.depends_on)))
+    quantities = list(dict.fromkeys(pair.quantity for pair in pairs if pair.depends_on in names))
     if len(names) > 1:
-        return f"runs in which {listed(names)} do not change together."
-    if finding.rivals:
-        quantities = listed(list(dict.fromkeys([finding.quantity, *(rival.quantity for rival in finding.rivals)])))
-        return (f"runs over the {names[0]} alone do not tell {quantities} apart. Change another condition that acts on "
-                "a single one of them, or measure closer to it.")
-    return "" if finding.law is None else within(find_weakest(finding, finding.law))
+        yield f"runs in which {listed(names)} do not change together."
+    elif len(quantities) > 1:
+        yield (f"runs over the {names[0]} alone do not tell {listed(quantities)} apart. Change another condition that "
+               "acts on a single one of them, or measure closer to it.")
+    for signal in dict.fromkeys(signal for pair in pairs if (signal := find_past_signal(pair.depends_on))):
+        yield f"a step of the {signal} while all else is held."
 
 
 def warnings(result: MachineStudyResult) -> Entries:
@@ -286,23 +338,30 @@ def _describe_rival(rival: Rival) -> str:
     name = within(rival.title)
     if rival.nats is None or rival.behind is None:
         return name
-    behind = f"more than {CERTAIN:.0f}" if rival.behind > CERTAIN else units.number(rival.behind, 2)
-    return f"{name} ({units.number(rival.nats, 4)} nats, behind by {behind} standard errors)"
+    return f"{name} ({units.number(rival.nats, 4)} nats, {tell_distance(rival.behind)})"
 
 
 def coefficient_table(finding: MachineFinding) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Return head and rows of a table of the coefficients of a finding."""
     rows: list[tuple[str, ...]] = [
-        (each.name, *_state_value(each, ", contains 0" * (each.lower <= 0 <= each.upper)))
+        (each.name, *_state_value(_rescale(each), ", contains 0" * (each.lower <= 0 <= each.upper)))
         for each in finding.coefficients]
     return (finding.kind or "", "value", "95 % interval"), rows
 
 
-def _state_value(estimate: Coefficient | MachineParameter, remark: str = "") -> tuple[str, str]:
+def _rescale(coefficient: Coefficient) -> Coefficient:
+    """Return a coefficient in the unit that suits its size, such as a lag in ms."""
+    unit, factor = units.scale(coefficient.unit, coefficient.value)
+    return replace(coefficient, unit=unit, value=factor * coefficient.value, lower=factor * coefficient.lower,
+                   upper=factor * coefficient.upper)
+
+
+def _state_value(estimate: Coefficient | MachineParameter, remark: str = "",
+                 at_bound: bool = False) -> tuple[str, str]:
     """Return a value and its interval with their unit."""
     unit = units.raised(estimate.unit)
     return (units.with_unit(units.fixed(estimate.value, 4), unit),
-            units.with_unit(between(estimate.lower, estimate.upper), unit) + remark)
+            between(estimate.lower, estimate.upper, unit, at_bound) + remark)
 
 
 def _declared(parameter: MachineParameter) -> str:
@@ -340,7 +399,8 @@ def parameter_table(parameters: Sequence[MachineParameter]) -> tuple[tuple[str, 
         unit = units.raised(each.unit)
         before = "" if each.before is None else units.with_unit(units.fixed(each.before, 4), unit) + (
             f" ({_BEYOND})" if each.beyond_before else "")
-        rows.append((each.name, _declared(each), *([before] if has_before else []), *_state_value(each),
+        rows.append((each.name, _declared(each), *([before] if has_before else []),
+                     *_state_value(each, at_bound=each.beyond),
                      units.with_unit(units.number(each.scatter, 2), unit),
                      _BEYOND if each.beyond else "" if each.determined else NOT_DETERMINED))
     means = ("mean without", "mean with the findings") if has_before else ("mean",)

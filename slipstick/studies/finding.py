@@ -1,5 +1,6 @@
 """A finding of a study as typed values."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, Protocol
 
@@ -72,12 +73,8 @@ class Law:
     """The same change by the formula of the named effect with its fitted coefficients; null without one."""
 
 
-class Changed(Protocol):
-    """What a finding of any machine says of its law."""
-
-    @property
-    def title(self) -> str:
-        """The finding in words."""
+class Paired(Protocol):
+    """A pair of quantity and dependence."""
 
     @property
     def quantity(self) -> str:
@@ -86,6 +83,22 @@ class Changed(Protocol):
     @property
     def depends_on(self) -> str:
         """What it depends on."""
+
+
+class Contested(Paired, Protocol):
+    """A pair with those that the recordings do not tell apart from it."""
+
+    @property
+    def rivals(self) -> Sequence[Paired]:
+        """These pairs."""
+
+
+class Changed(Paired, Protocol):
+    """What a finding of any machine says of its law."""
+
+    @property
+    def title(self) -> str:
+        """The finding in words."""
 
     @property
     def law(self) -> Law | None:

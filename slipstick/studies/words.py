@@ -6,6 +6,7 @@ from types import MappingProxyType
 from slipstick.clutch import effects
 from slipstick.confirmation.explanations import Explanation
 from slipstick.naming.block import Pair
+from slipstick.studies.finding import Contested
 from slipstick.studies.result import FindingResult, Remainder
 
 _FORMS = {"lag": "lag of the {0}", "offset": "offset of the {0}", "gain": "gain error of the {0}",
@@ -90,9 +91,21 @@ def _describe_findings(findings: Sequence[FindingResult], unexplained: Sequence[
                 "far worse there than the others")
     if not findings:
         return f"Something is missing in the block {left}, and no law that was tried explains it" if left else NOTHING
-    parts = [_describe_finding(finding) for finding in findings]
+    parts = [_describe_finding(finding, findings) for finding in findings]
     more = f". Something more is missing in the block {left}, and no law that was tried explains it" if left else ""
-    return f"Missing: {'; and '.join(parts)}{more}"
+    return f"Missing: {list_findings(parts)}{more}"
+
+
+def list_findings(names: Sequence[str]) -> str:
+    """Return names of findings as a list in which a name may have an "and"."""
+    return " and ".join(names) if len(names) < 3 else f"{', '.join(names[:-1])}, and {names[-1]}"
+
+
+def count_others(finding: Contested, findings: Sequence[Contested]) -> str:
+    """Return how many pairs the recordings do not tell apart from a finding, beside the other `findings`."""
+    named = {(each.quantity, each.depends_on) for each in findings if each is not finding}
+    others = sum((rival.quantity, rival.depends_on) not in named for rival in finding.rivals)
+    return f" (or {others} other{'s' * (others > 1)})" * (others > 0)
 
 
 def _quote_blocks(blocks: Sequence[str]) -> str:
@@ -105,17 +118,8 @@ def _describe_remainder(remainder: Remainder) -> str:
             "More likely it is what the laws of the findings do not follow")
 
 
-def _describe_finding(finding: FindingResult) -> str:
+def _describe_finding(finding: FindingResult, findings: Sequence[FindingResult]) -> str:
     doubt = finding.confirmation.agrees is False or finding.confirmation.simulated == "not computed"
-    return _name_finding(finding) + " (not confirmed by the simulation of the whole bench)" * doubt
-
-
-def _name_finding(finding: FindingResult) -> str:
     name = finding.title[0].lower() + finding.title[1:]
-    if finding.kind == "unlisted":
-        return f"{name}, which no effect of the catalogue explains"
-    if finding.kind == "tie":
-        others = [title((other.quantity, other.depends_on), other.effect) for other in finding.rivals]
-        rest = ", ".join(other[0].lower() + other[1:] for other in others)
-        return f"one of {1 + len(others)} that these recordings do not tell apart: {name}, {rest}"
-    return name
+    return (name + " (which no effect of the catalogue explains)" * (finding.kind == "unlisted")
+            + count_others(finding, findings) + " (not confirmed by the simulation of the whole bench)" * doubt)

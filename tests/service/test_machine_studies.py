@@ -12,7 +12,7 @@ from slipstick.engine.simulation import simulate_runs
 from slipstick.errors import InvalidValue
 from slipstick.machine import Runs, list_experiments, open_machine, write_runs
 from slipstick.machine_studies import MachineFigures, MachineStudyResult
-from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineParameter
+from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineGap, MachineParameter
 from slipstick.storage.library import Library
 from slipstick.studies.finding import Coefficient, Law
 from tests.service.conftest import Serving, ServingJobs
@@ -107,3 +107,11 @@ def test_a_result_has_its_laws_pictures_and_report(serving_jobs: ServingJobs, tm
         refused = client.get("/v1/studies/motor/model")
         assert refused.status_code == 422
         assert "declared machine" in refused.json()["detail"]
+
+
+def test_the_squares_of_two_studies_have_a_unit(serving_jobs: ServingJobs, tmp_path: Path) -> None:
+    gap = MachineGap(786182.0, 459.0, 0.999, "Offset of the speed sensor", 0.1, 5000.0, 80.0, converged=True)
+    output = {**OUTPUT, "result": asdict(replace(RESULT, gap=gap))}
+    with serving_jobs(tmp_path, {"first": (ORDER, output), "second": (ORDER, output)}) as client:
+        page = client.get("/compare", params={"kind": "study", "first": "first", "second": "second"}).text
+    assert "786182 to 459 squared residuals beyond noise" in page

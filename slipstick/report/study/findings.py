@@ -84,9 +84,14 @@ def _evidence(finding: FindingResult, result: StudyResult, least: float) -> Entr
 
 
 def _describe_rival(other: Candidate) -> str:
-    behind = f"more than {CERTAIN:.0f}" if other.behind > CERTAIN else number(other.behind, 2)
-    return (f"{_name(other.effect, other.quantity, other.depends_on)} ({other.nats:.0f} nats, behind by {behind} "
-            "standard errors)")
+    return (f"{_name(other.effect, other.quantity, other.depends_on)} ({other.nats:.0f} nats, "
+            f"{tell_distance(other.behind)})")
+
+
+def tell_distance(behind: float) -> str:
+    """Return by how many standard errors a rival is behind a finding, or ahead of it where the number is negative."""
+    size = f"more than {CERTAIN:.0f}" if abs(behind) > CERTAIN else number(abs(behind), 2)
+    return f"{'ahead' if behind < 0 else 'behind'} by {size} standard errors"
 
 
 def _confidence(finding: FindingResult) -> Entries:

@@ -14,22 +14,18 @@ Fits = Mapping[str, Mapping[str, Any]]
 _TITLE = "The same fit on the tables of both models"
 _NOTE = ("Both fits have the same settings and use shifting times only. If a model lacks something, the scatter of its "
          "inputs and the output noise grow to compensate.")
-_ABSENT = ("Not compared in this report. The service compares the newest two such fits, and Study.report of Python "
-           "the two that it is given.")
 
 
 def same_fit(result: StudyResult, fits: Fits | None, picture: str) -> str:
-    """Return the section with numbers, provenance and picture; without `fits`, who compares them.
+    """Return the section with numbers, provenance and picture.
 
     `fits`: `before` and `after` -> id, table, table_digest and `result` of a fit. `picture` is a figure element, or
     empty.
 
-    Empty if nothing was added to the simulation.
+    Empty without `fits`, and if nothing was added to the simulation.
     """
-    if result.gap is None:
+    if result.gap is None or fits is None:
         return ""
-    if fits is None:
-        return section(_TITLE, paragraph(_ABSENT, "note"))
     return section(
         _TITLE, paragraph(_compare(fits)),
         table(("fit on the table of the model", "without", "with the findings"), numbers(result, fits)),

@@ -69,7 +69,7 @@ def values_of(fit: SimulationResult, level: float) -> list[ParameterValue]:
         interval = ""
         if parameter.name in fit.errors and not remark:
             half = wide * fit.errors[parameter.name] * abs(nominal)
-            interval = units.with_unit(between(factor * (value - half), factor * (value + half)), unit)
+            interval = between(factor * (value - half), factor * (value + half), unit)
         values.append(ParameterValue(
             in_words(parameter.name), parameter.symbol, units.with_unit(fixed(factor * value, 4), unit), interval,
             units.with_unit(fixed(factor * nominal, 4), unit), remark))

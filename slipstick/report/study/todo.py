@@ -10,6 +10,7 @@ from slipstick.pictures.study.law import describe_change, describe_range, headli
 from slipstick.pictures.study.words import argument, effect_title, within
 from slipstick.pictures.theme import in_words
 from slipstick.pictures.units import number, scale, with_unit
+from slipstick.report.doubts import LARGE_CHI_SQUARE
 from slipstick.report.study.parts import Entries, File, Files, Items, Part, Section, Table
 from slipstick.report.study.simulation import lead, tell_confidence, values_of
 from slipstick.report.study.words import channel, coefficient_row, many
@@ -18,7 +19,7 @@ from slipstick.studies.export import has_table, law_table
 from slipstick.studies.figures import Figures
 from slipstick.studies.finding import Changed, Law
 from slipstick.studies.formula import effect_of, equation
-from slipstick.studies.result import FindingResult, StudyResult
+from slipstick.studies.result import BlockResult, FindingResult, StudyResult
 from slipstick.studies.settings import StudySettings
 
 TITLE = "What to do"
@@ -35,9 +36,9 @@ def advise(result: StudyResult, figures: Figures, settings: StudySettings, cauti
     if not result.findings:
         parts.append(Items(_advise_without(result)))
     entries: Entries = []
-    if result.gap is not None:
-        entries.append(("Take over as well:", "the other parameters of the extended model, in the table of “The fitted "
-                        "simulation of the whole bench”: they were fitted beside the findings."))
+    if result.gap is not None and not any(map(_leaves_much, result.blocks)):
+        entries.append((say_take_over(len(result.findings)), "the other parameters of the extended model, in the table "
+                        "of “The fitted simulation of the whole bench”: they were fitted beside the findings."))
     if tell_confidence(result):
         entries.append(("What it is worth:", lead(result, settings)))
     seen = [text for finding in result.findings if finding.law is not None
@@ -48,6 +49,21 @@ def advise(result: StudyResult, figures: Figures, settings: StudySettings, cauti
     entries += [("Next experiment:", text) for text in _list_next(result)]
     parts += [Items([*entries, *caution(cautions)]), *_attach_model(result)]
     return Section(TITLE, parts)
+
+
+def say_take_over(findings: int) -> str:
+    """Return the lead-in of parameters that were fitted together with so many findings."""
+    return "Take over:" if not findings else "Take over with the law, not without it:" if findings == 1 else \
+        "Take over with all laws, not without them:"
+
+
+def check_channels(block: str) -> str:
+    """Return what comes before any experiment where a block leaves more than noise."""
+    return f"check the units and the signs of the channels of “{block}” first."
+
+
+def _leaves_much(block: BlockResult) -> bool:
+    return block.unexplained or block.chi_square > LARGE_CHI_SQUARE
 
 
 def caution(warnings: Entries) -> Entries:
@@ -165,6 +181,11 @@ def _advise_without(result: StudyResult) -> Entries:
 
 def _list_next(result: StudyResult) -> list[str]:
     """Return the next experiment of each finding, or the one that would lead on without one."""
+    doubtful = [check_channels(block.signals) for block in result.blocks if _leaves_much(block)]
+    return [*doubtful, *_list_runs(result)]
+
+
+def _list_runs(result: StudyResult) -> list[str]:
     if result.partial is not None:
         return []
     if result.closed:

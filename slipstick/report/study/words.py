@@ -33,13 +33,14 @@ def coefficient_row(coefficient: Coefficient, effect: Effect | None) -> tuple[st
     estimate = units.with_unit(units.fixed(factor * coefficient.value, 4), unit)
     if coefficient.at_bound:
         return in_words(coefficient.name), estimate, "none: at a bound of the search", meaning(effect, coefficient.name)
-    interval = between(factor * coefficient.lower, factor * coefficient.upper)
-    return (in_words(coefficient.name), estimate, units.with_unit(interval, unit), meaning(effect, coefficient.name))
+    interval = between(factor * coefficient.lower, factor * coefficient.upper, unit)
+    return in_words(coefficient.name), estimate, interval, meaning(effect, coefficient.name)
 
 
-def between(lower: float, upper: float) -> str:
-    """Both ends of an interval."""
-    return f"{units.fixed(lower, 4)} to {units.fixed(upper, 4)}"
+def between(lower: float, upper: float, unit: str, at_bound: bool = False) -> str:
+    """Both ends of an interval; "–" for one of an estimate `at_bound` that has no width."""
+    low, high = units.fixed(lower, 4), units.fixed(upper, 4)
+    return "–" if at_bound and low == high else units.with_unit(f"{low} to {high}", unit)
 
 
 def describe_closure(closure: Closure) -> str:

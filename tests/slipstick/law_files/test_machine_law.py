@@ -11,7 +11,7 @@ from slipstick.engine.bases import Kind, flat_forms
 from slipstick.engine.kinds import Coefficient, KindOfLaw
 from slipstick.engine.measured_law import Law
 from slipstick.errors import InvalidValue
-from slipstick.law_files.machine_law import has_points, tabulate, write_equation
+from slipstick.law_files.machine_law import has_points, list_coefficients, tabulate, write_equation
 from slipstick.machine.kinds import KINDS, TERMS
 from slipstick.machine.kinds import Kind as Form
 
@@ -86,6 +86,8 @@ def test_memories_have_an_equation_and_no_table(pair: tuple[str, str], basis: Ki
     law = law_of(X, pair, basis)
     kind = KindOfLaw(pair, name, None, (Coefficient("share", 0.9, 0.8, 1.0, "1"), shape), 20.0)
     assert write_equation(law, kind) == f"change of the {pair[0]} = 0.9 * {right}"
+    _, known = list_coefficients(law, kind)
+    assert (known.lower, known.unit) == ((pytest.approx(0.008), "s") if shape.unit == "samples" else (0.1, "V"))
     assert not has_points(law)
     with pytest.raises(InvalidValue, match=f"The {pair[1]} of the {pair[0]} has no points"):
         tabulate(law, kind)

@@ -187,6 +187,7 @@ def test_a_calibration_tells_parameters_and_what_is_left(folder: Path) -> None:
         page = calibration_page(job, {"result": result, "seconds": {}, "processor_seconds": {}})
         assert ("An effect is missing:" in page) == (each is lacking)
         assert "0.5000 W/K" in page  # as declared
+        assert "`" not in page
 
 
 def test_a_study_is_saved_and_opened_with_its_pictures(studied: MachineStudy, tmp_path: Path) -> None:

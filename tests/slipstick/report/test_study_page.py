@@ -568,11 +568,6 @@ def test_the_decades_of_both_fits_are_those_of_the_picture(both_fits: dict[str, 
     assert "recordings 120.0 decades more likely" in drawn["title"]["text"]
 
 
-def test_without_fits_a_sentence_says_who_compares_them(reading: Callable[[str], Any]) -> None:
-    text = reading(same_fit(RESULT, None, "")).text
-    assert "Not compared in this report." in text
-    assert "GET" not in text
-
-
-def test_without_an_added_effect_there_is_no_section() -> None:
-    assert same_fit(replace(RESULT, gap=None), None, "") == ""
+def test_without_fits_or_an_added_effect_there_is_no_section(both_fits: dict[str, dict[str, Any]]) -> None:
+    assert same_fit(RESULT, None, "") == ""
+    assert same_fit(replace(RESULT, gap=None), both_fits, "") == ""

@@ -1,0 +1,118 @@
+"""What the report of a study of a machine says where findings are not told apart, or of the past of a signal."""
+
+from dataclasses import replace
+
+from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineParameter, MachineStudyResult, Rival
+from slipstick.machine_studies.words import answer, name_finding
+from slipstick.report.machine_study import advise, parameter_table, sections, tell_evidence
+from slipstick.report.study.parts import Items, Table
+from slipstick.studies.finding import Coefficient, Law
+
+FRICTION, LAG, PAST = ("friction torque", "speed"), ("current sensor", "lag"), ("voltage", "past voltage")
+DRY, BRUSH = ("dry friction", "speed"), ("brush voltage", "past voltage")
+LAW = Law([-200.0, 0.0, 400.0], "rad/s", [0.01, 0.0, -0.03], [0.0, -0.001, -0.04], [0.02, 0.001, -0.02], "N m", False,
+          "nothing", linearised=False, formula=None)
+
+
+def make_finding(pair: tuple[str, str], block: str, *rivals: tuple[str, str], law: Law | None = None,
+                 behind: float = 1.0) -> MachineFinding:
+    others = [Rival(name_finding(rival), *rival, 300.0, behind) for rival in rivals]
+    return MachineFinding(name_finding(pair), *pair, None, None, None, [], [block], 400.0, 20.0, others, law, True)
+
+
+def make_result(*findings: MachineFinding) -> MachineStudyResult:
+    """Return the result of a study of a motor with these findings, whose blocks are explained and converged."""
+    blocks = [MachineBlock(name, "in → out", 1.0, 3.0, unexplained=False) for name in ("winding", "shaft")]
+    dry = MachineParameter("dry torque", "N m", 0.029, 0.028, 0.030, 0.001, determined=True, beyond=False,
+                           declared=0.015)
+    return MachineStudyResult("dc motor", "several", answer(findings, []), list(findings), blocks, [dry], None, [], 36,
+                              {}, {"voltage": "V"}, "", "")
+
+
+def tell_advice(result: MachineStudyResult) -> list[tuple[str, str]]:
+    """Return the entries of the box with what to do."""
+    return [entry for part in advise(result).parts if isinstance(part, Items) for entry in part.entries]
+
+
+def tell_findings(result: MachineStudyResult) -> list[tuple[str, str]]:
+    """Return the entries of the sections of the findings."""
+    return [entry for section in sections(result, []) if section.title.startswith("Finding")
+            for part in section.parts if isinstance(part, Items) for entry in part.entries]
+
+
+def contest() -> MachineStudyResult:
+    """Return a result with three findings, two of which are not told apart from others."""
+    return make_result(make_finding(FRICTION, "shaft", DRY, LAG, law=LAW), make_finding(LAG, "shaft", PAST, BRUSH),
+                       make_finding(PAST, "winding"))
+
+
+def test_the_answer_counts_what_is_not_told_apart_without_the_other_findings() -> None:
+    result = contest()
+    assert result.sentence == (
+        "Missing: friction torque that depends on the speed (or 1 other), lag of the current sensor (or 1 other), and "
+        "voltage that depends on the past voltage")
+    first, _, last = result.findings
+    assert answer([first], []) == "Missing: friction torque that depends on the speed (or 2 others)"
+    assert answer([replace(last, confirmed=False)], []).endswith(
+        "past voltage (not confirmed by the simulation of the whole machine)")
+
+
+def test_a_finding_without_a_law_has_its_time_or_is_to_be_looked_for() -> None:
+    lag = make_finding(LAG, "winding")
+    result = make_result(make_finding(FRICTION, "shaft", law=LAW), lag)
+    by_law, by_hand = (text for lead, text in tell_advice(result) if "Add:" in lead)
+    assert by_law == "friction torque that depends on the speed, as the measured law."
+    assert by_hand == ("lag of the current sensor. Look for it by hand: the recordings show it, and no equation of it "
+                       "is known.")
+    known = replace(lag, kind="first-order lag", equation="change of the current sensor = ((x after ...) - x)",
+                    coefficients=[Coefficient("time", "s", 0.012, 0.0114, 0.0126, at_bound=False)])
+    table = next(part for part in advise(make_result(known)).parts if isinstance(part, Table))
+    assert table.rows == [("time", "12.00 ms", "11.40 to 12.60 ms", "not in the model")]
+
+
+def test_parameters_are_taken_over_with_the_laws_and_not_at_all_where_a_block_leaves_much() -> None:
+    result = make_result(make_finding(FRICTION, "shaft", law=LAW))
+    assert "Take over with the law, not without it:" in dict(tell_advice(result))
+    winding, shaft = result.blocks
+    for left in (replace(winding, chi_square=2.5), replace(winding, unexplained=True)):
+        entries = tell_advice(replace(result, blocks=[left, shaft]))
+        assert not [lead for lead, _ in entries if lead.startswith("Take over")]
+        first = next(text for lead, text in entries if lead == "Next experiment:")
+        assert first == "check the units and the signs of the channels of “winding: in → out” first."
+
+
+def test_a_rival_that_is_ahead_is_said_to_be_ahead() -> None:
+    said = [dict(tell_findings(make_result(make_finding(LAG, "winding", PAST, behind=behind))))["Rivals:"]
+            for behind in (-4.6, 4.6)]
+    assert "(300 nats, ahead by 4.6 standard errors)" in said[0]
+    assert "(300 nats, behind by 4.6 standard errors)" in said[1]
+
+
+def test_the_next_experiment_sets_what_can_be_set() -> None:
+    result = contest()
+    entries = [text for lead, text in tell_advice(result) if lead == "Next experiment:"]
+    assert entries == [
+        "runs over the speed alone do not tell friction torque and dry friction apart. Change another condition that "
+        "acts on a single one of them, or measure closer to it.", "a step of the voltage while all else is held."]
+    other = make_result(make_finding(FRICTION, "shaft", ("load torque", "time")))
+    assert dict(tell_advice(other))["Next experiment:"] == "runs in which speed and time do not change together."
+
+
+def test_the_verdict_tells_which_findings_are_sure() -> None:
+    result = contest()
+    assert tell_evidence(result).startswith(
+        "Sure: finding 3. Not sure: finding 1 (not told apart); finding 2 (not told apart). The runs agree")
+    winding, shaft = result.blocks
+    early = replace(result, blocks=[replace(winding, converged=False), replace(shaft, unexplained=True)])
+    assert tell_evidence(early).startswith(
+        "Sure: none of the findings. Not sure: finding 1 (not told apart and “shaft” leaves more than noise); ")
+    last = replace(early, findings=result.findings[2:])
+    assert tell_evidence(last).startswith("This is not sure: “winding” not converged. The runs agree")
+    assert tell_evidence(make_result(*last.findings)).startswith("The runs agree")
+
+
+def test_an_interval_without_width_at_a_bound_is_left_out() -> None:
+    dry, = make_result().parameters
+    narrow = replace(dry, value=0.029, lower=0.028999, upper=0.029001, beyond=True)
+    _, rows = parameter_table([narrow, replace(narrow, beyond=False), replace(dry, beyond=True)])
+    assert [row[3] for row in rows] == ["–", "0.02900 to 0.02900 N m", "0.02800 to 0.03000 N m"]
