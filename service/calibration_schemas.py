@@ -51,7 +51,9 @@ class CalibratedParameter(BaseModel):
     scatter: float = Field(description="Standard deviation from run to run; 0 if the recordings do not ask for one.")
     scatter_error: float = Field(description="Standard error of the scatter; where that is 0, the scatter that the "
                                              "recordings do not exclude.")
-    bounds: tuple[float, float] = Field(description="Least and largest value that the bench file allows.")
+    bounds: tuple[float, float] | None = Field(
+        default=None, description="Least and largest value that the bench file allows; null in calibrations of earlier "
+                                  "versions.")
 
 
 class BenchCalibration(BaseModel):

@@ -1,14 +1,16 @@
 """What to do next, with links to the forms: shown while files, a worker or a first job are missing."""
 
+from collections.abc import Sequence
 from html import escape
+from urllib.parse import urlencode
 
 from slipstick.storage.library import Library
 
 from ..front.elements import Link
 
 
-def first_steps(library: Library, workers: int, jobs: int) -> str:
-    """Return the steps that are left as HTML, empty if there are none."""
+def first_steps(library: Library, machines: Sequence[str], workers: int, jobs: int) -> str:
+    """Return the steps that are left as HTML, empty if there are none; `machines` are declared."""
     recordings, benches = library.recordings(), library.benches()
     steps = []
     if not benches and not recordings:
@@ -17,6 +19,9 @@ def first_steps(library: Library, workers: int, jobs: int) -> str:
     if not recordings:
         steps.append(_step("Add recordings", "/upload", "one row for each engagement, a file with signals, or the "
                            "files of a data logger"))
+    if not jobs:
+        steps += [_step(f"Add recordings of {machine}", f"/upload?{urlencode({'machine': machine})}#read-files",
+                        "the files of a data logger") for machine in machines]
     if not workers:
         steps.append(_step("Start a worker", "", "it runs all jobs:", "slipstick work"))
     if recordings and not jobs:

@@ -39,9 +39,9 @@ def job_page(kind: JobKind[Listed, Active], store: JobStore, job: Active, worker
     state = f'<div id="state">{job_state(store, job, workers)}</div>' if ended else \
         f'<div id="live" data-events="/{kind.plural}/{job.id}/live">{job_state(store, job, workers)}</div>'
     address = job.links["self"]
-    cancel = "" if ended else Form(
+    cancel = "" if ended else folded(f"Cancel the {kind.name}", Form(
         "cancel", f"{address}/cancel", f"Cancel the {kind.name}", method="POST", body="none", then="",
-        about=f"It stops within a second. {_LOST.get(kind.name, _LOST_AS_A_RULE)}").html()
+        about=f"It stops within a second. {_LOST.get(kind.name, _LOST_AS_A_RULE)}").html())
     gone = "its result, report and pictures" if job.status == "done" else "what it was asked"
     delete = folded(f"Delete the {kind.name}", paragraph(
         f"The {kind.name} “{name_of(job)}” is removed for everybody with {gone}, and cannot be restored. Recordings "

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from html import escape
 from itertools import islice
 from typing import Any
-from urllib.parse import quote
+from urllib.parse import quote, urlencode
 
 import numpy as np
 
@@ -79,7 +79,10 @@ def machine_page(stored: StoredMachine, orders: Mapping[str, Form], library: Lib
                         "file.", "note") if stored.workers else (
         '<aside class="warnings"><p><strong>No running worker has its file.</strong> What is shown is what the last '
         "one told. Jobs of this machine need a worker: <code>slipstick work --machine FILE</code></p></aside>")
-    links = '<p class="links">' + Link("Jobs with it", f"/find?text={quote(stored.name, safe='')}").html() + "</p>"
+    added = [] if known.declared is None else [
+        Link("Add recordings of it", f"/upload?{urlencode({'machine': stored.name})}#read-files")]
+    links = '<p class="links">' + " · ".join(link.html() for link in (
+        *added, Link("Jobs with it", f"/find?{urlencode({'text': stored.name})}"))) + "</p>"
     actions = section("What to do", running, *(
         [WITHOUT_SCRIPT, *(folded(title, form.html()) for title, form in orders.items())] if orders else []), links)
     declared = known.declared

@@ -23,8 +23,8 @@ from ..machines import Machines, StoredMachine
 from .forms import KEY_PATTERN, NAME_PATTERN, NAME_RULE, Field, Form, expert_fields
 
 _BUDGETS = [("", "a day"), ("60", "1 minute"), ("600", "10 minutes"), ("3600", "1 hour"), ("14400", "4 hours")]
-_BUDGET = Field("time_budget", "Time limit", "when it ends, what there is by then becomes the result", "choice",
-                choices=_BUDGETS, is_json=True)
+_BUDGET = Field("time_budget", "Time limit", "when it ends, what there is by then becomes the result, if it suffices "
+                "for one", "choice", choices=_BUDGETS, is_json=True)
 _TABLE_NAME = Field("name", "Name of the table", "under which pages and programs find it", required=True,
                     pattern=NAME_PATTERN, rule=NAME_RULE)
 _NAME = Field("Idempotency-Key", "Name", "becomes its id and part of its address; empty for a random one",
@@ -167,7 +167,8 @@ def machine_study_form(recordings: str, worker: str) -> Form:
     return Form("study", "/v1/studies", "Start the study", [
         Field("recordings", "", kind="hidden", value=recordings), _BUDGET, _NAME],
         expert_fields(EngineSettings, "engine"),
-        about=f"A study tests every quantity of the machine for a dependence that its model lacks.{worker}")
+        about="A study tests every quantity of the machine for a dependence that its model lacks. It takes minutes, "
+              f"and with hundreds of runs up to an hour.{worker}")
 
 
 def fit_form(tables: Sequence[str], recordings: Sequence[str], parameters: Sequence[str]) -> Form:

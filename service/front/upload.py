@@ -14,8 +14,12 @@ _NAME = Field("name", "Name", "under which pages and programs find it", place="q
               pattern=NAME_PATTERN, rule=NAME_RULE)
 
 
-def upload_page(benches: Sequence[str], machines: Sequence[str], machine_tables: Sequence[str]) -> str:
-    """Return the content of the page; `machines` are declared, and `machine_tables` are the tables of others."""
+def upload_page(benches: Sequence[str], machines: Sequence[str], machine_tables: Sequence[str],
+                machine: str | None = None) -> str:
+    """Return the content of the page; `machines` are declared, and `machine_tables` are the tables of others.
+
+    Files of a logger are those of the `machine` unless another one is chosen.
+    """
     bench = Field("bench", "Bench", "whose current profiles a CSV file numbers; an HDF5 file has its own", "choice",
                   choices=[("", "none"), *((name, name) for name in benches)], place="query",
                   value=benches[-1] if benches else "")
@@ -33,25 +37,26 @@ def upload_page(benches: Sequence[str], machines: Sequence[str], machine_tables:
     return "\n".join([
         "<h1>Add files</h1>", WITHOUT_SCRIPT,
         section("Recordings", recordings.html()),
-        section("Files of a logger", _logger(benches, machines)),
+        section("Files of a logger", _logger(benches, machines, machine)),
         section("Table", table.html()),
         section("Bench", bench_file.html())]).replace(
             "<section>", '<section class="upload">')
 
 
-def _logger(benches: Sequence[str], machines: Sequence[str]) -> str:
+def _logger(benches: Sequence[str], machines: Sequence[str], machine: str | None) -> str:
     """The steps of an import: choose files, map their channels, see what would be imported, import."""
     subjects = [*((urlencode({"bench": name}), f"bench {name}") for name in benches),
                 *((urlencode({"machine": name}), f"machine {name}") for name in machines)]
     if not subjects:
         return paragraph("An import needs a bench, which is added below, or a worker with the file of a machine: "
                          "slipstick work --machine FILE.py", "note")
+    chosen = urlencode({"machine": machine}) if machine in machines else \
+        subjects[len(benches) - 1][0] if benches else ""
     choose = Form("read-files", "/v1/recordings/proposal", "Read the channels", [
         Field("files", "Files", "MDF, MATLAB, CSV or Parquet, with the same channels in each", "file", required=True,
               several=True, accept=".mf4,.mdf,.mat,.parquet,.pq,.csv,.txt,.asc,.tsv,.dat,.lvm"),
         Field("subject", "Bench or machine", "on which they were recorded; machines are those of workers that were "
-              "started with `--machine`", "choice", value=subjects[len(benches) - 1][0] if benches else "",
-              choices=subjects), _NAME], body="other")
+              "started with `--machine`", "choice", value=chosen, choices=subjects), _NAME], body="other")
     mapping = "\n".join([
         '<form class="act" id="mapping" method="post" novalidate hidden>',
         '<h3 tabindex="-1">The mapping</h3>',

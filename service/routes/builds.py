@@ -2,13 +2,15 @@
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Annotated
 
 import orjson
 from fastapi import APIRouter, Body, Response
 
-from slipstick.building.axes import Spans
-from slipstick.errors import InvalidValue
+from slipstick.black_box import BlackBoxDescription
+from slipstick.building.axes import Spans, axes_of
+from slipstick.errors import InvalidValue, UnknownName
 from slipstick.interface.build import PAPER_AXES, plan_of_bench
 from slipstick.interface.models import parse_model
 from slipstick.storage.library import Library, require_name
@@ -21,6 +23,7 @@ from ..job_filter import ACTIVE, JobFilter
 from ..job_kind import JobKind
 from ..job_store import JobInput, JobStore
 from ..jobs import bench_input, idempotency_key_header, submit
+from ..machines import Machines, MachinesDependency
 from ..problem_details import Conflict, TooLarge
 from ..routes.job_routes import add_job_routes
 from ..schemas import LibraryDependency, SettingsDependency
@@ -53,7 +56,7 @@ _BYTES = 9
              responses=error_responses(404, 408, 409, 413, 415, 503))
 @computes
 def submit_build(body: Annotated[BuildRequest, Body(examples=[_EXAMPLE])], library: LibraryDependency,
-                 store: BuildStore, settings: SettingsDependency, response: Response,
+                 machines: MachinesDependency, store: BuildStore, settings: SettingsDependency, response: Response,
                  key: IdempotencyKey = None) -> BuildWithProgress:
     """Submit a build of a table: shifting times of a bench on a grid of parameters, or outputs of another machine.
 
@@ -64,7 +67,8 @@ def submit_build(body: Annotated[BuildRequest, Body(examples=[_EXAMPLE])], libra
     More runs than SLIPSTICK_BUILD_RUNS are rejected with 413; those of a machine, which only the worker knows, let the
     build fail.
     """
-    build = submit(store, key, _job_input(library, body, settings.build_runs), "long" if body.machine else "short",
+    job_input = _job_input(library, machines, body, settings.build_runs)
+    build = submit(store, key, job_input, "long" if body.machine else "short",
                    lambda: _require_free(library, store, body.name))
     response.headers["Location"] = f"{store.address}/{build.workflow_id}"
     return BUILDS.with_progress(store, build)
@@ -79,7 +83,7 @@ def _require_free(library: Library, store: JobStore, name: str) -> None:
                        "Choose another name, or cancel that build")
 
 
-def _job_input(library: Library, body: BuildRequest, most_runs: int) -> JobInput:
+def _job_input(library: Library, machines: Machines, body: BuildRequest, most_runs: int) -> JobInput:
     """Return the input of the worker, after checks that reject a build that would fail later."""
     require_name(body.name)
     recordings = None if body.recordings is None else library.recording(body.recordings)
@@ -90,6 +94,7 @@ def _job_input(library: Library, body: BuildRequest, most_runs: int) -> JobInput
                 raise InvalidValue(f"`{field}` and `machine` exclude each other",
                                    "The file of the machine describes its simulator and its conditions")
         _require_runs(axes or {}, 1, most_runs)
+        _require_inputs(machines, body)
     else:
         bench = _bench(library, body)
         axes = axes or dict(PAPER_AXES)
@@ -103,6 +108,24 @@ def _job_input(library: Library, body: BuildRequest, most_runs: int) -> JobInput
         "time_budget": body.time_budget, "most_runs": most_runs, **bench_input(library, bench),
         **model_input(None if bench is None else library.bench(bench), body.model)}))
     return job_input
+
+
+def _require_inputs(machines: Machines, body: BuildRequest) -> None:
+    """Raise `UnknownName` and `InvalidValue` for an output and axes which the machine does not have.
+
+    Those of a machine that no worker has told of are checked by the worker.
+    """
+    outputs = dict[str, BlackBoxDescription]()
+    with suppress(InvalidValue):  # a description that cannot be read is as good as none
+        stored = machines.get(body.machine or "")
+        outputs = {} if stored is None else {each.about.output.name: each.about for each in stored.known.outputs}
+    if not outputs:
+        return
+    output = body.output or next(iter(outputs))
+    if output not in outputs:
+        raise UnknownName.of("output", output, outputs)
+    if body.axes is not None:
+        axes_of(outputs[output], body.axes)
 
 
 def _bench(library: Library, body: BuildRequest) -> str:

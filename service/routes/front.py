@@ -85,9 +85,9 @@ async def front_events(request: Request, library: LibraryDependency, stores: Job
 
 
 @router.get("/upload", response_class=HTMLResponse)
-def add_files(library: LibraryDependency, machines: MachinesDependency) -> HTMLResponse:
-    """The page on which files are added."""
-    body = upload_page(library.benches(), list_declared(machines), machine_tables(library))
+def add_files(library: LibraryDependency, machines: MachinesDependency, machine: ImportMachine = None) -> HTMLResponse:
+    """The page on which files are added, those of a logger by default for this `machine`."""
+    body = upload_page(library.benches(), list_declared(machines), machine_tables(library), machine)
     return HTMLResponse(document("Add files", body, UPLOAD_SCRIPTS), headers={"Cache-Control": "no-store"})
 
 
@@ -196,5 +196,5 @@ def _file_page(folder: Folder, name: str, content: Callable[[], _Content], store
 def _jobs(request: Request, library: Library, stores: Mapping[str, JobStore], count: int) -> str:
     heartbeats: Heartbeats = request.app.state.heartbeats
     total = sum(store.total() for store in stores.values())
-    steps = first_steps(library, heartbeats.alive(), total)
+    steps = first_steps(library, list_declared(request.app.state.machines), heartbeats.alive(), total)
     return Jobs(stores, heartbeats).html(count, steps)

@@ -23,7 +23,7 @@ from ..front.find import PER_PAGE, Search, Wanted, find_page
 from ..front.forms import Form
 from ..front.holdings import file_entry
 from ..front.job_page import SCRIPTS, Compared, job_page, job_state, pictures_page
-from ..front.jobs import JOB_KINDS, Active, Listed, active_entry, answer_of, ended_entry
+from ..front.jobs import JOB_KINDS, Active, Listed, active_entry, answer_of, ended_entry, name_of
 from ..front.machine_page import machine_entry, machine_links
 from ..front.orders import build_form
 from ..front.page import document
@@ -57,13 +57,14 @@ def _add_pages(kind: JobKind[Listed, Active]) -> None:
     def get_page(id: job_id, stores: JobStores, request: Request) -> HTMLResponse:
         store = stores[kind.name]
         job = kind.with_progress(store, store.find(id))
-        others = [other for other in _finished(kind, store) if other.id != id]
+        others = [other for other in _finished(kind, store)
+                  if other.id != id and getattr(other, "machine", None) == getattr(job, "machine", None)]
         laws = study_laws(id, store).laws if kind.name == "study" and job.status == "done" else ()
         body = job_page(kind, store, job, request.app.state.heartbeats.alive(), others, laws,
                         _orders(kind, id, store) if job.status == "done" else {},
                         machine_links(request.app.state.machines, getattr(job, "machine", None)))
         refresh = '<noscript><meta http-equiv="refresh" content="10"></noscript>' if job.status in ACTIVE else ""
-        return HTMLResponse(document(f"{kind.name.capitalize()} {id}", body, f"{SCRIPTS}{refresh}"), headers=_FRESH)
+        return HTMLResponse(document(name_of(job), body, f"{SCRIPTS}{refresh}"), headers=_FRESH)
 
     @router.get(f"/{kind.plural}/{{id}}/live", name=f"{kind.name}_live")
     async def follow_page(id: job_id, stores: JobStores, request: Request,
@@ -84,7 +85,7 @@ def _add_pages(kind: JobKind[Listed, Active]) -> None:
         drawn = _DRAWN[kind.name](id, store)
         figures = {name: (title, caption, _element(drawings, kind, drawn, name, name))
                    for name, (title, caption) in _titles(drawings, kind, drawn).items()}
-        return HTMLResponse(document(f"Pictures of {id}", pictures_page(kind, job, figures)))
+        return HTMLResponse(document(f"Pictures: {name_of(job)}", pictures_page(kind, job, figures)))
 
 
 for _kind in JOB_KINDS:

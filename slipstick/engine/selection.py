@@ -216,7 +216,8 @@ class _Search:
             screened += self._screened[key]
         screened.sort(key=lambda each: -each.nats)
         best = ", ".join(f"{' over '.join(each.candidate.pair)} {each.nats:.1f}" for each in screened[:5])
-        self.log(f"Compared {len(screened)} laws; gains in nats: {best or 'none'}")
+        self.log(f"Compared {len(screened)} laws; gains in nats: {best}" if screened else
+                 "No law is left to compare: fitting what was found once more")
         return screened
 
     def _base(self, groups: tuple[Group, ...]) -> Fit:

@@ -118,7 +118,7 @@ def _advise_finding(finding: MachineFinding, result: MachineStudyResult, prefix:
     if finding.confirmed is False:
         what, text = "Do not add:", f"{name}. The simulation of the whole machine is no better with it."
     else:
-        what = "Do not add yet:" if doubtful else "Add:"
+        what = "Do not add yet:" if doubtful or finding.rivals else "Add:"
         text = f"{name}, as the measured law." if finding.equation is None else \
             f"{name}: {units.raised(finding.equation)}{_describe_zero(finding)}."
     if doubtful and finding.confirmed is not False:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
+from urllib.parse import quote, quote_plus
 
 import httpx
 import pytest
@@ -222,6 +222,29 @@ def test_a_form_builds_a_table_of_any_output_and_inputs(client: httpx.Client, te
     assert '<option value="largest_current">largest current in A</option>' in page
     assert len(set(Forms(page).ids)) == len(Forms(page).ids)
     assert "multiple of 0.0001 kg m², from 0.5 to 1.5" in words(page)
+
+
+def test_what_the_machine_does_not_have_is_refused_before_a_worker_is_asked(client: httpx.Client, tell: Tell) -> None:
+    def submit(**body: Any) -> httpx.Response:
+        return client.post("/v1/builds", json={"name": "x", "machine": MOTOR.name, **body})
+
+    tell(MOTOR)
+    assert "run_up_time" in problem(submit(output="run_up"), 404)["remedy"]
+    beyond = problem(submit(axes={"resistance_value": [0.1, 2, 9]}), 422)["detail"]
+    assert "exceeds the range of the input" in beyond
+    assert "does not increase" in problem(submit(axes={"resistance_value": [1.2, 0.8, 5]}), 422)["detail"]
+    assert submit(axes={"resistance_value": [0.8, 1.2, 5]}).status_code == 202
+    assert submit(name="y", machine="unknown", axes={"any": [0.1, 2, 9]}).status_code == 202
+
+
+def test_recordings_of_a_machine_begin_on_the_front_page_and_on_its_own(client: httpx.Client, tell: Tell) -> None:
+    tell(replace(MOTOR, name=STRANGE), OTHER)
+    added = f"/upload?machine={quote_plus(STRANGE)}"
+    for path in ("/", f"/machines/{quote(STRANGE)}"):
+        assert html.escape(f"{added}#read-files") in client.get(path).text, path
+    assert "Add recordings of it" not in client.get(f"/machines/{quote(OTHER.name)}").text
+    chosen, = re.findall(r'<option value="([^"]*)" selected>', client.get(added).text.partition('id="read-files"')[2])
+    assert chosen == f"machine={quote_plus(STRANGE)}"
 
 
 def test_a_machine_without_a_worker_is_shown_and_its_jobs_say_so(client: httpx.Client, tell: Tell) -> None:

@@ -125,13 +125,13 @@ def _say_what(finding: FindingResult, result: StudyResult) -> tuple[str, str]:
         return "Add by hand:", (f"{name}. The simulation has no such quantity or dependence, so that neither an "
                                 "equation nor its worth is known; the measured law is.")
     written = write_equation(finding, result)
-    if finding.kind == "tie":
-        others = [within(effect_title(other.effect)) if other.effect else f"{other.quantity} over {other.depends_on}"
-                  for other in finding.rivals]
-        name += f", or {listed(others)}: record first what tells them apart" if others else ""
-    if written is None:
-        return "Add:", f"{name}, as the measured law of the {finding.quantity} over the {finding.depends_on}."
-    return "Add:", f"{name}: {written}."
+    text = f"{name}, as the measured law of the {finding.quantity} over the {finding.depends_on}." \
+        if written is None else f"{name}: {written}."
+    others = [within(effect_title(other.effect)) if other.effect else f"{other.quantity} over {other.depends_on}"
+              for other in finding.rivals]
+    if finding.kind == "tie" and others:
+        return "Do not add yet:", f"{text} Record first what tells it apart from {listed(others)}."
+    return "Add:", text
 
 
 def _list_new_values(finding: FindingResult, result: StudyResult, level: float,

@@ -142,6 +142,7 @@ def test_the_report_compares_a_finding_with_the_next_best(studied: MachineStudy)
     assert f"({finding.next_best.nats:.4g} nats, behind by " in text["Rivals:"]
     tie = replace(finding, rivals=[replace(finding.next_best, depends_on="temperature", quantity="lost heat")])
     text, _ = tell(advise(replace(studied.result, findings=[tie])))
+    assert "Record first what tells it apart from lost heat" in text["Do not add yet:"]
     assert "runs over the temperature alone do not tell cooling and lost heat apart" in text["Next experiment:"]
 
 

@@ -354,6 +354,8 @@ def test_a_tie_names_its_rivals_and_the_experiments_that_break_it(studied: Studi
     text = reading(page(tie, figures)).text
     assert "pressure-dependent friction (90 nats, behind by 1.2 standard errors)" in text
     assert "do not tell slip-speed-dependent friction from pressure-dependent friction." in text
+    assert "Do not add yet: slip-speed-dependent friction: friction coefficient = " in text
+    assert "Record first what tells it apart from pressure-dependent friction." in text
     assert ("Next experiment: profile 3, motor 239 rad/s, 4.8 kg m², brake 16 N m: 12 runs tell slip-speed-dependent "
             "friction from pressure-dependent friction, mostly by the output torque.") in text
     same = changed(tie, rivals=[])
