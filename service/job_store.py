@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from dbos import DBOS, DBOSClient, WorkflowStatus, error
 
-from slipstick.errors import UnknownName
+from slipstick.errors import InvalidValue, UnknownName
 from slipstick.storage.database import open_database
 
 from .job_filter import STATUS, JobFilter
@@ -53,8 +53,10 @@ class JobStore:
     def submit(self, id: str, job_input: JobInput, queue: Queue) -> WorkflowStatus:
         """Enqueue a job with the id `id`; if a job of this kind already has the id, return that job instead.
 
-        Raises `Conflict` if a job of another kind has the id.
+        Raises `Conflict` if a job of another kind has the id, and `InvalidValue` for a text with a NUL.
         """
+        if _has_nul(job_input):  # of which PostgreSQL makes no JSON: no job could be searched by its input any more
+            raise InvalidValue("A text of the request has the character U+0000", "Remove this character")
         try:
             self.client.enqueue({"workflow_name": self.workflow, "queue_name": queue, "workflow_id": id,
                                  "serialization_type": "portable"}, job_input)  # type: ignore[typeddict-item]
@@ -112,6 +114,13 @@ class JobStore:
         if job.status != "ENQUEUED":
             return None
         return self.table.ahead(job.workflow_id, str(job.queue_name), int(job.created_at or 0))
+
+
+def _has_nul(value: object) -> bool:
+    """Whether a text in a JSON value has the character U+0000."""
+    if isinstance(value, Mapping):
+        return any(_has_nul(each) for entry in value.items() for each in entry)
+    return "\0" in value if isinstance(value, str) else isinstance(value, list | tuple) and any(map(_has_nul, value))
 
 
 def job_stores(client: DBOSClient, table: JobTable) -> Mapping[str, JobStore]:

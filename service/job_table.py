@@ -60,6 +60,8 @@ class JobTable:
 
     def _select(self, query: sa.Select[*_Columns], workflow: str, wanted: JobFilter) -> sa.Select[*_Columns]:
         query = query.where(self._is_own, _JOB.name == workflow)
+        if any("\0" in text for text in (wanted.text or "", *wanted.inputs.values())):
+            return query.where(sa.false())  # a server refuses such texts, and no job has one
         if wanted.states is not None:
             query = query.where(_JOB.status.in_(wanted.states))
         if wanted.since is not None:

@@ -154,7 +154,8 @@ def describe_recordings(name: RecordingsNamePath, library: LibraryDependency,
                         client: RevalidationDependency) -> RecordingsDescription | RunsDescription:
     """Return the measured shifting times, the conditions, and a description of the recorded signals."""
     recordings = library.recorded(name)
-    client.require_change(recordings.digest, recordings.description)  # the digest is one of the numbers only
+    machine = recordings.machine if isinstance(recordings, Runs) else ""
+    client.require_change(recordings.digest, recordings.description, machine)  # the digest is one of the numbers only
     return describe(name, recordings)
 
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
@@ -126,7 +127,7 @@ def read_json(kind: type[_T], text: str | bytes) -> _T:
     if len(text) > LARGEST:
         raise _too_large(len(text))
     try:
-        described: _T = _adapter(kind).validate_json(text)
+        described: _T = _adapter(kind).validate_json(text)  # type: ignore[arg-type]
     except ValueError as error:
         raise InvalidValue(f"The description of the machine cannot be read: {str(error)[:300]}",
                            "Write it with the same version of Slipstick") from error
@@ -137,7 +138,7 @@ def write_json(value: Any) -> str:
     """Return a dataclass as JSON; raises `InvalidValue` where it is too large, or not text and numbers."""
     try:
         # A file may declare numbers and arrays of numpy.
-        text: str = _adapter(type(value)).dump_json(
+        text: str = _adapter(type(value)).dump_json(  # type: ignore[arg-type]
             value, warnings=False, fallback=lambda each: np.asarray(each).tolist()).decode()
     except ValueError as error:
         raise InvalidValue(f"The description of the machine cannot be written: {str(error)[:300]}",
@@ -152,6 +153,7 @@ def _too_large(size: int) -> InvalidValue:
                         "Declare profiles with fewer corners")
 
 
+@cache
 def _adapter(kind: Any) -> "TypeAdapter[Any]":
     from pydantic import TypeAdapter  # an extra, which declarations need not
 

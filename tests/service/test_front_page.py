@@ -3,8 +3,10 @@
 import html
 import json
 import re
+import sqlite3
 import time
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -212,6 +214,18 @@ def test_the_page_on_screens_of_all_kinds(client: httpx.Client, browser: webdriv
     finally:
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+
+
+@pytest.mark.slow
+def test_the_page_of_a_job_that_is_deleted_says_so(client: httpx.Client, folder: Path,
+                                                   browser: webdriver.Chrome) -> None:
+    client.post("/v1/studies", json={}, headers={"Idempotency-Key": "doomed"}).raise_for_status()
+    browser.get(str(client.base_url.join("/studies/doomed")))
+    wait = WebDriverWait(browser, 30, ignored_exceptions=[StaleElementReferenceException])
+    wait.until(lambda _: "Next in its queue" in browser.find_element(By.TAG_NAME, "main").text)
+    with closing(sqlite3.connect(folder / "jobs.sqlite")) as database, database:
+        database.execute("DELETE FROM workflow_status")
+    wait.until(lambda _: "There is no study" in browser.find_element(By.TAG_NAME, "main").text)
 
 
 @pytest.mark.slow

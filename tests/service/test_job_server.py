@@ -44,6 +44,12 @@ def test_submit_find_cancel_delete_and_retention(kind: str, tmp_path: Path, requ
     using = JobFilter(ACTIVE, table="tab\u00e9")
     assert (fits.total(using), [job.workflow_id for job in fits.newest(1, 1, using)]) == (3, ["two"])
     assert fits.total(JobFilter(table="other")) == fits.total(JobFilter(ENDED, table="tab\u00e9")) == 0
+    for wanted in (JobFilter(table="a\0"), JobFilter(text="\0")):
+        assert (fits.total(wanted), fits.newest(9, 0, wanted)) == (0, [])
+    for odd in ({"machine": "a\0"}, {"axes": {"\0": [1.0]}}, {"parameters": ["a", "\0"]}):
+        with pytest.raises(InvalidValue, match=r"U\+0000"):
+            fits.submit("odd", odd, "short")
+    assert fits.total(using) == 3
     assert fits.progress("one") is None
     fits.cancel("one")
     fits.cancel("two")

@@ -8,11 +8,14 @@ from typing import Any
 
 import h5py
 import httpx
+import numpy as np
 import pytest
 from test_problems import problem
 
 from service.drawings import Drawings
 from service.settings import Settings
+from slipstick.machine import Runs, write_runs
+from slipstick.machine.runs_file import MARK
 from slipstick.storage.children import Kept
 
 
@@ -63,6 +66,13 @@ def test_a_changed_file_is_sent_again(client: httpx.Client, folder: Path) -> Non
         file.attrs["description"] = "another one"
     changed = again(client, "/v1/recordings/measured", tag)
     assert changed.json()["description"] == "another one"
+    (folder / "runs.h5").write_bytes(write_runs(
+        Runs(np.arange(9.0), {"speed": np.ones((2, 9))}, units={"speed": "m/s"}, machine="first")))
+    tags = {path: client.get(path).headers["ETag"] for path in ("/v1/recordings/runs", "/recordings/runs")}
+    with h5py.File(folder / "runs.h5", "a") as file:
+        file.attrs[MARK] = "second"
+    for path, known in tags.items():
+        assert "second" in again(client, path, known).raise_for_status().text, path
     bench = client.get("/v1/benches/heavy").headers["ETag"]
     text = (folder / "heavy.toml").read_text()
     (folder / "heavy.toml").write_text(text.replace("Heavy-vehicle", "Heavier"))

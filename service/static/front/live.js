@@ -10,6 +10,11 @@ function follow(source) {
     }
   });
   source.addEventListener("end", () => location.reload()); // of a job, whose page then has its results
+  source.addEventListener("problem", event => {
+    if (JSON.parse(event.data).status === 404) { // the job was deleted: what is shown would stay for ever
+      location.reload();
+    }
+  });
   addEventListener("pagehide", () => source.close());
 }
 

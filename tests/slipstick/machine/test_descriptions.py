@@ -24,7 +24,7 @@ from slipstick.machine import (
     list_experiments,
     open_machine,
 )
-from slipstick.machine.description import LARGEST
+from slipstick.machine.description import LARGEST, _adapter
 from slipstick.storage.shipped import FOLDER
 
 SHIPPED = sorted(path.stem for path in (FOLDER / "machines").glob("*.py"))
@@ -128,3 +128,12 @@ def test_descriptions_are_limited() -> None:
         MachineDescription.from_json(json.dumps({"name": "a" * LARGEST}))
 
 
+
+
+def test_the_form_of_descriptions_is_made_once() -> None:
+    text = describe_machine(open_machine("dc_motor")).to_json()
+    MachineDescription.from_json(text)
+    made = _adapter.cache_info().misses
+    for _ in range(3):
+        MachineDescription.from_json(text).to_json()
+    assert _adapter.cache_info().misses == made

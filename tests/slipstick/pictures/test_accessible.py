@@ -57,6 +57,18 @@ def test_points_have_their_values_and_conditions_as_titles(drawn: dict[str, str]
     assert "conditions: profile 0, motor 105 rad/s" in titles[1]
 
 
+def test_characters_that_no_xml_has_are_replaced(made: Made) -> None:
+    spec = pictures(made())["profiles"]
+    odd = "a\x00\x08\x1b\ufffe\ud800 <b>& \U0001f600"
+    spec = {**spec, "title": {**spec["title"], "text": odd}, "datasets": {odd: [{odd: 1.0}]}}
+    root = ElementTree.fromstring(render(spec, "svg", odd))
+    said = "a\ufffd\ufffd\ufffd\ufffd\ufffd <b>& \U0001f600"
+    assert root[0].text == said
+    assert said in (root[1].text or "")
+    assert ElementTree.fromstring(inline({"odd": spec}, {"odd": odd})["odd"])[0].text == said
+    assert render(spec, "png").startswith(b"\x89PNG")
+
+
 def test_a_picture_alone_has_its_title_as_well(made: Made) -> None:
     spec = pictures(made())["convergence"]
     svg = render(spec, "svg", "A & B <c>").decode()
