@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from slipstick.engine.laws import LAG, PAST
 from slipstick.machine_studies.result import MachineFinding
-from slipstick.studies.words import NOTHING, count_others, list_findings, title
+from slipstick.studies.words import NOTHING, list_findings, tell_others, title
 
 
 def name_finding(pair: tuple[str, str], kind: str | None = None, effect: str | None = None) -> str:
@@ -28,7 +28,7 @@ def find_past_signal(depends_on: str) -> str | None:
 def answer(findings: Sequence[MachineFinding], unexplained: Sequence[str]) -> str:
     """Return the answer in one sentence; blocks are `unexplained` in which no candidate explains what is left."""
     left = " and ".join(f"“{block}”" for block in unexplained)
-    where = f"is missing in the block {left}, and no law that was tried explains it"
+    where = f"is missing in the block{'s' * (len(unexplained) > 1)} {left}, and no law that was tried explains it"
     if not findings:
         return f"Something {where}" if left else NOTHING
     named = list_findings([_describe(finding, findings) for finding in findings])
@@ -36,5 +36,6 @@ def answer(findings: Sequence[MachineFinding], unexplained: Sequence[str]) -> st
 
 
 def _describe(finding: MachineFinding, findings: Sequence[MachineFinding]) -> str:
-    return (finding.title[0].lower() + finding.title[1:] + count_others(finding, findings)
+    others = tell_others(finding, findings, [rival.title for rival in finding.rivals])
+    return (finding.title[0].lower() + finding.title[1:] + others
             + " (not confirmed by the simulation of the whole machine)" * (finding.confirmed is False))

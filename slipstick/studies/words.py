@@ -101,11 +101,17 @@ def list_findings(names: Sequence[str]) -> str:
     return " and ".join(names) if len(names) < 3 else f"{', '.join(names[:-1])}, and {names[-1]}"
 
 
-def count_others(finding: Contested, findings: Sequence[Contested]) -> str:
-    """Return how many pairs the recordings do not tell apart from a finding, beside the other `findings`."""
+def tell_others(finding: Contested, findings: Sequence[Contested], titles: Sequence[str]) -> str:
+    """Return what the recordings do not tell apart from a finding, beside the other `findings`: one by its name.
+
+    The rivals of the finding have these `titles`.
+    """
     named = {(each.quantity, each.depends_on) for each in findings if each is not finding}
-    others = sum((rival.quantity, rival.depends_on) not in named for rival in finding.rivals)
-    return f" (or {others} other{'s' * (others > 1)})" * (others > 0)
+    others = [words for rival, words in zip(finding.rivals, titles, strict=True)
+              if (rival.quantity, rival.depends_on) not in named]
+    if len(others) == 1:
+        return f" (or {others[0][0].lower()}{others[0][1:]})"
+    return f" (or {len(others)} others)" if others else ""
 
 
 def _quote_blocks(blocks: Sequence[str]) -> str:
@@ -121,5 +127,6 @@ def _describe_remainder(remainder: Remainder) -> str:
 def _describe_finding(finding: FindingResult, findings: Sequence[FindingResult]) -> str:
     doubt = finding.confirmation.agrees is False or finding.confirmation.simulated == "not computed"
     name = finding.title[0].lower() + finding.title[1:]
+    titles = [title((other.quantity, other.depends_on), other.effect) for other in finding.rivals]
     return (name + " (which no effect of the catalogue explains)" * (finding.kind == "unlisted")
-            + count_others(finding, findings) + " (not confirmed by the simulation of the whole bench)" * doubt)
+            + tell_others(finding, findings, titles) + " (not confirmed by the simulation of the whole bench)" * doubt)

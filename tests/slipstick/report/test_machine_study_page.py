@@ -46,13 +46,15 @@ def contest() -> MachineStudyResult:
                        make_finding(PAST, "winding"))
 
 
-def test_the_answer_counts_what_is_not_told_apart_without_the_other_findings() -> None:
+def test_the_answer_tells_what_is_not_told_apart_without_the_other_findings() -> None:
     result = contest()
     assert result.sentence == (
-        "Missing: friction torque that depends on the speed (or 1 other), lag of the current sensor (or 1 other), and "
-        "voltage that depends on the past voltage")
+        "Missing: friction torque that depends on the speed (or dry friction that depends on the speed), lag of the "
+        "current sensor (or brush voltage that depends on the past voltage), and voltage that depends on the past "
+        "voltage")
     first, _, last = result.findings
     assert answer([first], []) == "Missing: friction torque that depends on the speed (or 2 others)"
+    assert answer([], ["winding", "shaft"]).startswith("Something is missing in the blocks “winding” and “shaft”, ")
     assert answer([replace(last, confirmed=False)], []).endswith(
         "past voltage (not confirmed by the simulation of the whole machine)")
 

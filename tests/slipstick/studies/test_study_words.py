@@ -59,14 +59,14 @@ def test_engagements_that_stand_out_are_said_where_nothing_was_found() -> None:
     assert sentence([finding()], [], {"load": [17]}) == "Missing: quadratic load drag"
 
 
-def test_a_tie_counts_the_others_and_an_unlisted_finding_says_so() -> None:
+def test_a_tie_names_the_other_or_counts_others_and_an_unlisted_finding_says_so() -> None:
     tied = finding("tie", rivals=(Candidate(None, "load torque", "time", 48.0, 0.7),
                                   Candidate("seal_friction", "load torque", "output speed", 48.0, 0.0)))
     assert sentence([tied], []) == "Missing: quadratic load drag (or 2 others)"
     unlisted = finding("unlisted", None, ("load torque", "time"))
     assert sentence([tied, unlisted], []) == (
-        "Missing: quadratic load drag (or 1 other) and load torque that depends on the time (which no effect of the "
-        "catalogue explains)")
+        "Missing: quadratic load drag (or seal friction of the piston) and load torque that depends on the time (which "
+        "no effect of the catalogue explains)")
 
 
 def test_what_the_simulation_does_not_confirm_is_said() -> None:
