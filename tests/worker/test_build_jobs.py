@@ -152,11 +152,14 @@ def test_a_machine_is_tabulated_by_a_worker_that_has_its_file(bench: Bench) -> N
     assert np.isfinite(Library(bench.tables).table("motor").interpolate(np.ones((1, 1)), "error")).all()
     for change, cause in (({"output": "speed"}, "There is no output 'speed'"),
                           ({"axes": {"speed": [0.8, 1.2, 3]}}, "There is no input 'speed'"),
-                          ({"axes": {"resistance_value": [0.1, 1.2, 3]}}, "exceeds the range of the input"),
-                          ({"axes": {"resistance_value": [0.8, 1.2, 1_000_000], "inductance": [0.8, 1.2, 90]}},
-                           "The table has 810,000,000 runs; the limit is 100,000,000")):
-        job = bench.client.post(ADDRESS, json={"name": "wrong", **MOTOR, **change}).json()
-        assert cause in bench.follow(job["id"], ended, address=ADDRESS)["problem"]
+                          ({"axes": {"resistance_value": [0.1, 1.2, 3]}}, "exceeds the range of the input")):
+        refusal = bench.client.post(ADDRESS, json={"name": "wrong", **MOTOR, **change})
+        assert refusal.is_client_error  # the worker has told which inputs and outputs there are
+        assert cause in refusal.json()["detail"]
+    many = {"axes": {"resistance_value": [0.8, 1.2, 1_000_000], "inductance": [0.8, 1.2, 90]}}
+    job = bench.client.post(ADDRESS, json={"name": "wrong", **MOTOR, **many}).json()
+    assert "The table has 810,000,000 runs; the limit is 100,000,000" in bench.follow(
+        job["id"], ended, address=ADDRESS)["problem"]
 
 
 def test_nonsense_is_refused_with_cause_and_remedy(bench: Bench) -> None:
