@@ -11,9 +11,9 @@ import time
 
 from dbos import DBOS
 from sqlalchemy import Engine, text
-from sqlalchemy.exc import IntegrityError, SQLAlchemyError
+from sqlalchemy.exc import SQLAlchemyError
 
-from slipstick.storage.database import clock
+from slipstick.storage.database import clock, create_tables
 
 from .jobs import QUEUES
 from .worker_name import NameLock
@@ -32,11 +32,7 @@ def start(engine: Engine, name: str, lock: NameLock) -> None:
 
     The process ends if it loses the `lock` on its name to another worker.
     """
-    try:
-        with engine.begin() as connection:
-            connection.execute(text(_CREATE))
-    except IntegrityError:
-        pass  # PostgreSQL: another worker has made the table at the same moment
+    create_tables(engine, _CREATE)
     beat(engine, name)
     threading.Thread(target=_beat_for_ever, args=(engine, name, lock), daemon=True).start()
 

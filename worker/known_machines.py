@@ -7,11 +7,10 @@ import sys
 from collections.abc import Sequence
 
 from sqlalchemy import Engine, text
-from sqlalchemy.exc import IntegrityError
 
 from slipstick.black_box.known import LONGEST_NAME, KnownMachine
 from slipstick.errors import InvalidValue
-from slipstick.storage.database import clock
+from slipstick.storage.database import clock, create_tables
 
 _TABLES = (
     f"CREATE TABLE IF NOT EXISTS slipstick_machines (name VARCHAR({LONGEST_NAME}) PRIMARY KEY, content TEXT NOT NULL, "
@@ -27,12 +26,7 @@ def tell(engine: Engine, worker: str, machines: Sequence[KnownMachine]) -> None:
 
     One that cannot be written is left out, with a line on the error output. `machines` are in the order of their names.
     """
-    for table in _TABLES:
-        try:
-            with engine.begin() as connection:
-                connection.execute(text(table))
-        except IntegrityError:
-            pass  # PostgreSQL: another worker has made the table at the same moment
+    create_tables(engine, *_TABLES)
     contents = dict[str, str]()
     for each in machines:
         try:

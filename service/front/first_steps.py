@@ -10,7 +10,7 @@ from ..front.elements import Link
 
 
 def first_steps(library: Library, machines: Sequence[str], workers: int, jobs: int) -> str:
-    """Return the steps that are left as HTML, empty if there are none; `machines` are declared."""
+    """Return the steps that are left as HTML, empty if there are none; `machines` are declared and not used yet."""
     recordings, benches = library.recordings(), library.benches()
     steps = []
     if not benches and not recordings:
@@ -19,9 +19,8 @@ def first_steps(library: Library, machines: Sequence[str], workers: int, jobs: i
     if not recordings:
         steps.append(_step("Add recordings", "/upload", "one row for each engagement, a file with signals, or the "
                            "files of a data logger"))
-    if not jobs:
-        steps += [_step(f"Add recordings of {machine}", f"/upload?{urlencode({'machine': machine})}#read-files",
-                        "the files of a data logger") for machine in machines]
+    steps += [_step(f"Add recordings of {machine}", f"/upload?{urlencode({'machine': machine})}#read-files",
+                    "the files of a data logger") for machine in machines]
     if not workers:
         steps.append(_step("Start a worker", "", "it runs all jobs:", "slipstick work"))
     if recordings and not jobs:

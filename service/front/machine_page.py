@@ -268,12 +268,10 @@ def _tables(known: KnownMachine) -> str:
         simulators = listed(list(dict.fromkeys(each.about.simulator for each in outputs)))
         rows = [(in_words(each.name), f"{each.nominal:.6g}", _unit(each.unit),
                  f"{each.lower:.3g} to {each.upper:.3g}") for each in inputs]
+        ranges = table(("input", "nominal value", "unit", "range [multiples]"), rows, {2})
         parts += [paragraph(f"Tables can be built of {names}, under {plural(conditions, 'condition')} of {over}."),
-                  f"<details><summary>{plural(len(inputs), 'input')} with their ranges</summary>\n"
-                  + table(("input", "nominal value", "unit", "range [multiples]"), rows, {2}) + "</details>"
-                  if known.declared is not None else
-                  table(("input", "nominal value", "unit", "range [multiples]"), rows, {2})
-                  + paragraph(f"Simulator: {simulators}.", "note")]
+                  f"<details><summary>{plural(len(inputs), 'input')} with their ranges</summary>\n{ranges}</details>"
+                  if known.declared is not None else ranges + paragraph(f"Simulator: {simulators}.", "note")]
     return "\n".join(parts)
 
 

@@ -196,5 +196,6 @@ def _file_page(folder: Folder, name: str, content: Callable[[], _Content], store
 def _jobs(request: Request, library: Library, stores: Mapping[str, JobStore], count: int) -> str:
     heartbeats: Heartbeats = request.app.state.heartbeats
     total = sum(store.total() for store in stores.values())
-    steps = first_steps(library, list_declared(request.app.state.machines), heartbeats.alive(), total)
+    machines = [] if total else list_declared(request.app.state.machines)  # a first job is the end of their step
+    steps = first_steps(library, machines, heartbeats.alive(), total)
     return Jobs(stores, heartbeats).html(count, steps)

@@ -5,10 +5,11 @@ Service and worker open the job database with it. No message contains the passwo
 
 import sqlite3
 import time
+from contextlib import suppress
 from pathlib import Path
 
-from sqlalchemy import URL, Engine, create_engine, event, make_url
-from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy import URL, Engine, create_engine, event, make_url, text
+from sqlalchemy.exc import IntegrityError, SQLAlchemyError
 
 from slipstick.errors import InvalidValue
 
@@ -27,6 +28,13 @@ def _prepare_sqlite(connection: object, _: object) -> None:
         connection.create_function("unixepoch", -1, lambda *_: time.time())
         connection.execute("PRAGMA busy_timeout=30000")
         connection.execute("PRAGMA journal_mode=WAL")
+
+
+def create_tables(engine: Engine, *statements: str) -> None:
+    """Create tables by statements CREATE TABLE IF NOT EXISTS, also while another process does."""
+    for statement in statements:
+        with suppress(IntegrityError), engine.begin() as connection:  # PostgreSQL: both at the same moment
+            connection.execute(text(statement))
 
 
 def is_server(url: str) -> bool:
