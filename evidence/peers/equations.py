@@ -15,7 +15,7 @@ import scipy
 from slipstick.engine.bases import lag, late, play
 from slipstick.engine.laws import CONSTANT, GAIN, LAG, PAST, Candidate
 from slipstick.engine.preparation import straighten
-from slipstick.engine.recordings import Part, Recorded, guess_track, pose_nominal, refine, smooth_signal
+from slipstick.engine.recordings import Part, Recorded, pose_nominal, refine, smooth_signal
 from slipstick.engine.trajectory import solve
 from slipstick.machine.declaration import SENSOR, Namespace, as_tuple, identifier_of
 from slipstick.machine.system import System, system_of
@@ -175,7 +175,7 @@ def simulate(recorded: Recorded, factors: Mapping[str, float], delays: Mapping[s
             parameters = {name: shift(part, name, value, factors.get(name, 0.0))
                           for name, value in part.parameters.items()}
             posed = pose_nominal(replace(part, inputs={**part.inputs, **read}, parameters=parameters))
-            outputs = solve(posed, guess_track(part)).outputs
+            outputs = solve(posed).outputs
             simulated |= {name: outputs[:, place, ::part.fine] for place, name in enumerate(part.signals)}
     return simulated
 

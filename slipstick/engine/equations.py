@@ -197,6 +197,9 @@ class Equations:
 
     def outputs(self, x: States, u: Values, q: Values, p: Namespace) -> States:
         """Return the outputs; a law inside the equations acts on them as well."""
-        sides = self.sides(x, u, q, p) if self.system.switches else {}
+        return self.read(x, u, q, p, self.sides(x, u, q, p) if self.system.switches else {})
+
+    def read(self, x: States, u: Values, q: Values, p: Namespace, sides: Mapping[int, np.ndarray]) -> States:
+        """Return the outputs on the `sides` of surfaces."""
         named = self.system.name(x, sides)
         return as_tuple(self.system.output(named, *self._changed(named, u, q, p), p))

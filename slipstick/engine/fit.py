@@ -103,7 +103,7 @@ class Fit:
         Where something was missing, those of some runs may have been driven to another optimum, and the scatter with
         them.
         """
-        state = replace(self.state, points=np.tile(self.state.means, (len(self.state.points), 1)), tracks={})
+        state = replace(self.state, points=np.tile(self.state.means, (len(self.state.points), 1)))
         try:
             anew = fit(self.recorded, self.laws, self.priors, state)
         except InvalidValue:  # no finite solution there
@@ -172,7 +172,6 @@ class _Solved:
 def _solve(recorded: Recorded, models: Mapping[str, PartFit], laws: Mapping[Pair, Candidate],
            priors: Mapping[Pair, Prior], variance: np.ndarray, state: State) -> _Solved | None:
     """Solve the linear mixed model of models about a state; None where it is not finite."""
-    state = replace(state, tracks={name: model.x for name, model in models.items()})
     products = assemble(recorded, models, laws, state)
     if not np.isfinite(products.values).all():
         return None
@@ -235,14 +234,13 @@ def join(fits: Sequence[Fit]) -> Fit:
         return fits[0]
     recorded = join_recorded([each.recorded for each in fits])
     laws, priors = dict[Pair, Candidate](), dict[Pair, Prior]()
-    models, tracks = dict[str, PartFit](), dict[str, np.ndarray]()
+    models = dict[str, PartFit]()
     for each in fits:
         laws, priors, models = {**laws, **each.laws}, {**priors, **each.priors}, {**models, **each.models}
-        tracks = {**tracks, **each.state.tracks}
     state = State(np.concatenate([each.state.points for each in fits], axis=1),
                   np.concatenate([each.state.means for each in fits]),
                   np.concatenate([each.state.shared for each in fits]),
-                  {pair: c for each in fits for pair, c in each.state.laws.items()}, tracks)
+                  {pair: c for each in fits for pair, c in each.state.laws.items()})
     products = assemble(recorded, models, laws, state)
     gram, turn = products.gram([priors[pair].root(law) for pair, law in laws.items()])
     variance = np.concatenate([each.fitted.variance for each in fits])
@@ -278,7 +276,7 @@ def _halfway(here: State, there: State) -> State:
     laws = {pair: 0.5 * (c + there.laws[pair]) for pair, c in here.laws.items()}
     points, means, shared = (0.5 * (getattr(here, name) + getattr(there, name))
                              for name in ("points", "means", "shared"))
-    return State(points, means, shared, laws, here.tracks)
+    return State(points, means, shared, laws)
 
 
 def _moved(recorded: Recorded, laws: Mapping[Pair, Candidate], fitted: Fitted, turn: np.ndarray, state: State) -> State:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipstick.engine.bases import DELAYS, TIMES, WIDTHS, flat_forms
-from slipstick.engine.fit import Fit
+from slipstick.engine.fit import SETTLED, Fit
 from slipstick.engine.laws import Candidate
 from slipstick.engine.linear_model import estimate, restricted_likelihood
 from slipstick.engine.measured_law import DEVIATIONS
@@ -66,10 +66,12 @@ def find_kind(fit: Fit, pair: Pair) -> KindOfLaw | None:
                                     fit.recorded.machine.kinds_of(pair)))
     weighed = [(forms[0], family) for family in families if (forms := _weigh_all(fit, pair, family, reach))]
     weighed.sort(key=lambda each: -each[0].nats)
-    tried = [(_fit_form(fit, pair, best.form, reach), family) for best, family in weighed[:_MOST]]
+    tried = [(_fit_form(fit, pair, each.form, reach), family) for each, family in weighed[:_MOST]]
     if not tried:
         return None
-    fitted, family = max(tried, key=lambda each: each[0].evidence)
+    best = max(each.evidence for each, _ in tried)
+    # Where the constant of a law says nothing, a line is no more than what is proportional.
+    fitted, family = min((each for each in tried if each[0].evidence > best - SETTLED), key=lambda each: each[1].count)
     if fitted.evidence < fit.evidence:
         return None
     forms = _weigh_all(fitted, pair, family, reach)
@@ -82,10 +84,10 @@ def find_kind(fit: Fit, pair: Pair) -> KindOfLaw | None:
         error = DEVIATIONS * float(np.sqrt(share @ (np.array(variances) + (np.array(values) - mean) ** 2)))
         return Coefficient(name, mean, mean - error, mean + error, unit)
 
-    best = forms[0].form
+    form = forms[0].form
     coefficients = [average(name, [law.size * float(each.values[place]) for each in forms],
                             [law.size**2 * float(each.variances[place]) for each in forms], _unit_of(law, degree))
-                    for place, (name, degree) in enumerate(zip(best.names, best.degrees, strict=True))]
+                    for place, (name, degree) in enumerate(zip(form.names, form.degrees, strict=True))]
     if family.shape_name:
         step = float(np.min(np.diff(np.unique([each.form.shape for each in forms]))) if len(forms) > 1 else 0.0)
         coefficients.append(average(family.shape_name, [each.form.shape for each in forms],
@@ -104,6 +106,11 @@ class _Family:
     form: Callable[[float], "_Form | None"]
     continuous: bool
     formed: Kind | None = None
+
+    @property
+    def count(self) -> int:
+        """The number of coefficients that are declared."""
+        return 1 if self.formed is None else len(self.formed.coefficients)
 
 
 @dataclass(frozen=True, eq=False)

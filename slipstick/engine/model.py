@@ -6,7 +6,7 @@ such as those of laws over what is constant in a run, are one whitened row and t
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -15,7 +15,7 @@ import numpy as np
 from slipstick.engine.bases import late
 from slipstick.engine.equations import OwnLaw, Problem
 from slipstick.engine.laws import GAIN, Candidate
-from slipstick.engine.recordings import Pair, Part, Recorded, Term, clock_of, guess_track, pose_nominal, refine
+from slipstick.engine.recordings import Pair, Part, Recorded, Term, clock_of, pose_nominal, read_track, refine
 from slipstick.engine.trajectory import Trajectory, solve
 from slipstick.engine.whitening import CarriedNoise, Whitening
 from slipstick.machine.declaration import SENSOR, Namespace, identifier_of
@@ -30,20 +30,16 @@ Key = tuple[str, str]
 @dataclass(frozen=True, eq=False)
 class State:
     """Where a fit is: `points` (n, r) of the random terms with `means` (r,), `shared` (s,) values, and `laws` by pair.
-
-    `tracks` are the states of each part from which its equations are solved again.
     """
 
     points: np.ndarray
     means: np.ndarray
     shared: np.ndarray
     laws: Mapping[Pair, np.ndarray]
-    tracks: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def take(self, rows: slice | np.ndarray) -> "State":
         """Return the state of the runs `rows`."""
-        tracks = {name: track[rows] for name, track in self.tracks.items()}
-        return replace(self, points=self.points[rows], tracks=tracks)
+        return replace(self, points=self.points[rows])
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +174,7 @@ def is_between(candidate: Candidate) -> bool:
 
 def nominal_own_values(part: Part) -> dict[str, np.ndarray]:
     """Return the values (n, K) of a part's own variables at nominal parameters, of measured states where all are."""
-    problem, track = pose_nominal(part), guess_track(part)
+    problem, track = pose_nominal(part), read_track(part)
     return _read_own(problem, solve(problem).x if track is None else track)
 
 
@@ -224,7 +220,7 @@ def predict_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pai
                  noisy: np.ndarray | None = None) -> PartModel:
     """Return the model of a part at a state, without rows, with the response to the noise of inputs if it is known."""
     laws = {pair: law for pair, law in laws.items() if part.name in law.variables}
-    trajectory = solve(_pose(recorded, part, state, laws), state.tracks.get(part.name, guess_track(part)))
+    trajectory = solve(_pose(recorded, part, state, laws))
     signals = trajectory.outputs
     if not part.system.states:
         signals = np.where(part.counted, signals, np.stack([recorded.signals[name] for name in part.signals], axis=1))

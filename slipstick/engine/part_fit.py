@@ -1,6 +1,6 @@
 """The linear model of a part with all its runs, computed by chunks of these, so that memory hardly grows with them.
 
-Products, states and predicted signals are held. What is larger, the columns and the derivatives of trajectories, is
+Products and predicted signals are held. What is larger, the columns and the derivatives of trajectories, is
 held within a fit as far as there is room, and is otherwise computed again where it is needed.
 """
 
@@ -31,7 +31,7 @@ class PartFit:
     """A part at a `state`, with the columns of the state at which it was `built`.
 
     What it has is that of a `PartModel`, but of all n runs: products `gram` (n, r + 1, r + 1) of rows with `keys` and
-    `places`, states `x` (n, d, K), and `noisy` and `predicted` signals (n, o, k). `held` are the models of the first
+    `places`, and `noisy` and `predicted` signals (n, o, k). `held` are the models of the first
     chunks.
     """
 
@@ -43,7 +43,6 @@ class PartFit:
     keys: tuple[Key, ...]
     places: Mapping[Pair, slice]
     gram: np.ndarray
-    x: np.ndarray
     noisy: np.ndarray
     predicted: np.ndarray
     held: tuple[PartModel, ...] = ()
@@ -108,7 +107,7 @@ def fit_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, C
     laws = {pair: law for pair, law in laws.items() if part.name in law.variables}
     held = 0 if recorded.executor else _count_held(recorded, part, laws)
     nothing = np.empty(0)
-    empty = PartFit(recorded, part, laws, state, state, (), {}, nothing, nothing, nothing, nothing)
+    empty = PartFit(recorded, part, laws, state, state, (), {}, nothing, nothing, nothing)
     return _gather(empty, _spread(recorded, part, laws, _build, lambda rows, number: (
         state.take(rows), number < held)))
 
@@ -152,7 +151,7 @@ def _gather(whole: PartFit, chunks: Sequence[PartFit]) -> PartFit:
         return np.concatenate(arrays) if len(arrays) > 1 else arrays[0]
 
     return replace(whole, keys=chunks[0].keys, places=chunks[0].places, gram=join([each.gram for each in chunks]),
-                   x=join([each.x for each in chunks]), noisy=join([each.noisy for each in chunks]),
+                   noisy=join([each.noisy for each in chunks]),
                    predicted=join([each.predicted for each in chunks]),
                    held=tuple(model for each in chunks for model in each.held))
 
@@ -161,7 +160,7 @@ def _summarize(model: PartModel, recorded: Recorded, is_held: bool) -> PartFit:
     """Return what is held of the model of a chunk."""
     slim = replace(model, trajectory=replace(model.trajectory, _known={}))
     return PartFit(recorded, model.part, model.laws, model.state, model.state, model.keys, model.places, model.gram,
-                   model.trajectory.x, model.noisy, model.predicted, (slim,) if is_held else ())
+                   model.noisy, model.predicted, (slim,) if is_held else ())
 
 
 def _build(recorded: Recorded, part: Part, laws: Mapping[Pair, Candidate], state: State, is_held: bool) -> PartFit:

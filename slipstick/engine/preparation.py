@@ -13,7 +13,6 @@ from slipstick.engine.recordings import (
     Recorded,
     Term,
     clock_of,
-    guess_track,
     list_signals,
     pose_nominal,
     refine,
@@ -196,7 +195,7 @@ def _differentiate_rate(part: Part, of: int, on: int) -> float:
 
 
 def _predict_nominal(part: Part) -> np.ndarray:
-    return solve(pose_nominal(part), guess_track(part)).outputs[:, :, ::part.fine]
+    return solve(pose_nominal(part)).outputs[:, :, ::part.fine]
 
 
 def _list_terms(machine: Machine, runs: Runs, parts: tuple[Part, ...],

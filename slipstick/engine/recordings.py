@@ -240,8 +240,8 @@ def pose_nominal(part: Part) -> Problem:
     return Problem(part.system, part.step, part.inputs, part.quantities, part.parameters)
 
 
-def guess_track(part: Part) -> np.ndarray | None:
-    """Return states (n, d, K) to begin with: the measured signals where these are all of them, or else none."""
+def read_track(part: Part) -> np.ndarray | None:
+    """Return states (n, d, K) that are measured, where all of them are, or else none."""
     if not set(part.block.states) <= set(part.signals):
         return None
     measured = [smooth_signal(part.measured[:, part.signals.index(name)]) for name in part.block.states]

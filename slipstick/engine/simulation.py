@@ -6,7 +6,7 @@ import numpy as np
 
 from slipstick.engine.equations import OwnLaw, Problem
 from slipstick.engine.measured_law import Law
-from slipstick.engine.trajectory import integrate, solve
+from slipstick.engine.trajectory import solve
 from slipstick.errors import InvalidValue
 from slipstick.machine.declaration import SENSOR, Machine, identifier_of
 from slipstick.machine.experiments import Experiments
@@ -49,8 +49,7 @@ def simulate(machine: Machine, time: np.ndarray, commands: Mapping[str, Profile]
         else:
             quantities[quantity] = quantities[quantity] + _evaluate(law, commands, values, instants)
     problem = Problem(system, float(instants[1] - instants[0]), inputs, quantities, parameters, tuple(inner))
-    track = integrate(problem, (count, len(instants)))
-    outputs = solve(problem, track).outputs[:, :, ::fine]
+    outputs = solve(problem).outputs[:, :, ::fine]
     return {name: outputs[:, place] for place, name in enumerate(block.signals)}
 
 

@@ -2,7 +2,8 @@
 
 The functions of a block are ordinary numpy code over arrays that broadcast: states `x`, inputs `u`, quantities `q` and
 parameters `p` are namespaces with an attribute for each name (a space or a hyphen becomes an underscore). They are
-evaluated for many runs and instants at once, so that `numpy.where` takes the place of `if`. Nothing is compiled.
+evaluated for many runs and instants at once, so that `numpy.where` takes the place of `if`. Nothing is compiled:
+arithmetic and plain functions of numpy are recorded once (`engine.tape`); what else they call is slower.
 
     tank = Block("tank", gives="level", reads=("voltage",), states=("level",), parameters=(GAIN, OUTLET, AREA, START),
                  quantities=(LEAK,), lowest={"level": 0.0})

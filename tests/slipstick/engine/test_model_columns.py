@@ -112,9 +112,8 @@ def columns_of(recorded: Recorded, model: PartModel, laws: dict[Pair, Candidate]
 def differ(recorded: Recorded, part: Part, model: PartModel, laws: dict[Pair, Candidate],
            direction: np.ndarray) -> np.ndarray:
     """Whitened differences (n, o k) of the predictions at both sides of a state."""
-    tracks = {part.name: model.trajectory.x}
-    ahead, behind = (build_part(recorded, part, replace(moved(model.state, recorded, by * direction), tracks=tracks),
-                                laws).predicted for by in (1, -1))
+    ahead, behind = (build_part(recorded, part, moved(model.state, recorded, by * direction), laws).predicted
+                     for by in (1, -1))
     return model.white((0.5 * (ahead - behind))[:, None])[:, 0]
 
 

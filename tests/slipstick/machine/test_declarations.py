@@ -12,7 +12,7 @@ import pytest
 
 from slipstick.engine.equations import Problem
 from slipstick.engine.preparation import prepare
-from slipstick.engine.trajectory import integrate, solve
+from slipstick.engine.trajectory import solve
 from slipstick.errors import InvalidValue
 from slipstick.machine import Block, Command, Condition, Machine, Parameter, Profile, Quantity, Runs, Sensor
 from slipstick.machine.declaration import identifier_of
@@ -134,8 +134,9 @@ def test_a_block_may_give_several_signals() -> None:
     command = Profile(np.array([[0.0, 5.0, 9.0]] * 2), np.array([[1.0, 3.0, 0.0]] * 2))
     problem = Problem(system_of(both), 0.1, {"voltage": command.at(time)}, {"leak": 0.5},
                       {"outlet": np.full((2, 1), 2.0)})
-    exact = integrate(problem, (2, 100))[:, 0]
-    np.testing.assert_allclose(solve(problem).outputs, np.stack([exact, 2 * exact + 0.5], axis=1), atol=1e-9)
+    solved = solve(problem)
+    exact = solved.x[:, 0]
+    np.testing.assert_allclose(solved.outputs, np.stack([exact, 2 * exact + 0.5], axis=1), atol=1e-9)
     runs = Runs(time, {"level": exact + 0.01 * rng.standard_normal(exact.shape),
                        "flow": 2 * exact + 0.1 * rng.standard_normal(exact.shape)}, {"voltage": command})
     part = prepare(taken, runs).parts[0]
@@ -308,7 +309,7 @@ def test_quantities_of_shipped_machines_act_on_their_blocks(name: str) -> None:
     recorded = prepare(shipped(name), SIMULATED[name][0]()[0])
     for part in recorded.parts:
         problem = Problem(part.system, part.step, part.inputs, part.quantities, part.parameters)
-        solved = solve(problem, integrate(problem, problem.shape))
+        solved = solve(problem)
         basis = np.ones((RUNS, 1, part.fine * (len(recorded.runs.time) - 1) + 1))
         for quantity in part.block.quantities:
             response = solved.respond(solved.direction("quantity", identifier_of(quantity.name), quantity.size), basis)
