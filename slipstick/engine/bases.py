@@ -8,6 +8,7 @@ after mechanical plays, over their width, and after first-order lags, over their
 """
 
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -111,6 +112,22 @@ class Variable:
             return np.asarray(np.interp(x, self.knots, c).reshape(len(values), -1))
         return np.asarray(np.einsum("m,nmk->nk", c, self.basis(own, size)))
 
+    def differentiate(self, c: np.ndarray, own: np.ndarray, change: np.ndarray) -> np.ndarray:
+        """Return how a law over an `own` signal (n, K), with coefficients c (m,), changes with that (n, m, K)."""
+        if self.kind != "lags":
+            x = beside_jump(own, np.sign(own), self.knots) if self.jumps else own
+            slopes = np.concatenate([[0.0], np.diff(c) / np.diff(self.knots), [0.0]])
+            return np.asarray(slopes[np.searchsorted(self.knots, x, side="right")][:, None] * change)
+        first, out = len(DELAYS) + len(TIMES), np.zeros(change.shape)
+        bends = np.stack([slope_of_bends(own - lag(own, time * self.fine), self.knots[first + place:][:len(PLACES)],
+                                         c[first + place:][:len(PLACES)])
+                          for time, place in zip(RELAXATIONS, range(0, len(RELAXATIONS) * len(PLACES), len(PLACES)),
+                                                 strict=True)])
+        respond_to_lags(np.ascontiguousarray(change), self.knots[:len(DELAYS)] * self.fine, c[:len(DELAYS)],
+                        np.concatenate([self.knots[len(DELAYS):first], RELAXATIONS]) * self.fine,
+                        c[len(DELAYS):first], bends, out)
+        return out
+
 
 def curve(name: str, unit: str, values: np.ndarray) -> Variable:
     """Return the variable of a signal (n, K), or of constants of runs (n,)."""
@@ -169,6 +186,7 @@ def flat_forms(count: int) -> np.ndarray:
     return np.stack([np.ones(count), line], axis=1)[:, :min(count, 2)]
 
 
+@cache
 def form_root(families: tuple[int, ...], walk: float, known_up_to: int = 0) -> np.ndarray:
     """Return L (m, r) with L L' the prior covariance of m coefficients of amplitude 1: constant, line, and walk.
 
@@ -188,6 +206,7 @@ def _family_root(count: int, walk: float, known_up_to: int) -> np.ndarray:
     return np.concatenate([free, walk * bent / np.sqrt((bent**2).sum(axis=1).mean())], axis=1)
 
 
+@cache
 def smooth_root(count: int, length: float) -> np.ndarray:
     """Return L (m, r) with L L' the correlation of a smooth curve at m equal distances.
 
@@ -245,17 +264,15 @@ def weigh_lags(signal, times, weights):  # type: ignore[no-untyped-def]
 
     The signal is linear between samples.
     """
-    out, keep, state = np.zeros_like(signal), np.exp(-1 / times), np.empty(len(times))
-    slope = times * (1 - keep)  # what a lag leaves of a signal that has risen by 1 over the last sample
+    out, keep, behind = np.zeros_like(signal), np.exp(-1 / times), np.empty(len(times))
+    slope = times * (1 - keep)  # how far a lag is behind a signal that has risen by 1 over the last sample
     for i in range(len(signal)):
-        before = signal[i, 0]
-        state[:] = before
+        behind[:] = 0.0
         for t in range(signal.shape[1]):
-            total, here = 0.0, signal[i, t]
-            rise, before = here - before, here
+            rise, total = signal[i, t] - signal[i, max(t - 1, 0)], 0.0
             for m in range(len(times)):
-                state[m] = here + keep[m] * (state[m] - (here - rise)) - slope[m] * rise
-                total += weights[m] * (state[m] - here)
+                behind[m] = keep[m] * behind[m] - slope[m] * rise
+                total += weights[m] * behind[m]
             out[i, t] = total
     return out
 
@@ -283,19 +300,90 @@ def weigh_bends(excess, knots, weights):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
+def slope_of_bends(excess, knots, weights):  # type: ignore[no-untyped-def]
+    """Return the derivative (n, k) of `weigh_bends` with the excess."""
+    out = np.zeros_like(excess)
+    for i in range(excess.shape[0]):
+        for t in range(excess.shape[1]):
+            for m in range(len(knots)):
+                if excess[i, t] > knots[m]:
+                    out[i, t] += weights[m]
+    return out
+
+
+_LANES = 64
+"""Columns that pass a lag together: each sample waits for the one before, and those of other columns do not."""
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def respond_to_lags(change, delays, delayed, times, lagged, bends, out):  # type: ignore[no-untyped-def]
+    """Fill out (n, m, K) with what dead times and lags with their weights leave of changes (n, m, K) of a signal.
+
+    The last of `times` are those of `bends` (r, n, K), weights of what is not forgotten yet at a sample.
+    """
+    n, columns, size = change.shape
+    keep, linear = np.exp(-1 / times), len(lagged)
+    slope = times * (1 - keep)
+    behind, rise, total = np.zeros((len(times), _LANES)), np.zeros(_LANES), np.empty(_LANES)
+    for i in range(n):
+        for first in range(0, columns, _LANES):
+            count = min(_LANES, columns - first)
+            behind[:] = 0.0  # what a lag is behind the signal
+            for t in range(size):
+                for g in range(count):
+                    rise[g] = change[i, first + g, t] - change[i, first + g, max(t - 1, 0)]
+                    total[g] = 0.0
+                for m in range(len(times)):
+                    weight = lagged[m] if m < linear else -bends[m - linear, i, t]
+                    for g in range(count):
+                        behind[m, g] = keep[m] * behind[m, g] - slope[m] * rise[g]
+                        total[g] += weight * behind[m, g]
+                for g in range(count):
+                    out[i, first + g, t] = total[g]
+    taps = _list_taps(delays, delayed)
+    for i in range(n):
+        for column in range(columns):
+            _add_taps(change[i, column], taps, out[i, column])
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
 def weigh_delays(signal, delays, weights):  # type: ignore[no-untyped-def]
     """Return the weighted sum (n, k) of what dead times `delays` (m,) leave of a signal (n, k)."""
-    out, last = np.zeros_like(signal), signal.shape[1] - 1
+    out, taps = np.zeros_like(signal), _list_taps(delays, weights)
+    for i in range(len(signal)):
+        _add_taps(signal[i], taps, out[i])
+    return out
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _list_taps(delays, weights):  # type: ignore[no-untyped-def]
+    """Return the weights of the sample after this one, of this one, and of those before it, of weighted dead times."""
+    taps = np.zeros(int(np.floor(delays.max())) + 4)
     for m in range(len(delays)):
         whole = int(np.floor(delays[m]))
         first, second, third, fourth = _convolution_weights(delays[m] - whole)
-        for i in range(len(signal)):
-            for t in range(signal.shape[1]):
-                behind = t - whole
-                late = (first * signal[i, max(behind - 2, 0)] + second * signal[i, max(behind - 1, 0)]
-                        + third * signal[i, max(behind, 0)] + fourth * signal[i, min(max(behind + 1, 0), last)])
-                out[i, t] += weights[m] * (late - signal[i, t])
-    return out
+        taps[whole + 3] += weights[m] * first
+        taps[whole + 2] += weights[m] * second
+        taps[whole + 1] += weights[m] * third
+        taps[whole] += weights[m] * fourth
+        taps[1] -= weights[m]
+    return taps
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _add_taps(signal, taps, out):  # type: ignore[no-untyped-def]
+    """Add a weighted sum of samples (K,) to out (K,); those before the first and behind the last are like these."""
+    size = len(signal)
+    for place in range(len(taps)):
+        behind, weight = place - 1, taps[place]
+        if weight == 0.0:
+            continue
+        for t in range(min(max(behind, 0), size)):
+            out[t] += weight * signal[0]
+        if behind < 0:
+            out[size - 1] += weight * signal[size - 1]
+        for t in range(max(behind, 0), min(size, size + behind)):
+            out[t] += weight * signal[t - behind]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

@@ -190,8 +190,7 @@ def _follow(recorded: Recorded, models: Mapping[str, PartFit], laws: Mapping[Pai
     The last solved model is returned, at the state to which the steps lead, and None where the first one leads nowhere.
     """
     for number in range(_STEPS):
-        there = _descend(recorded, models, laws, solved.priors, solved.variance, solved.state,
-                         _moved(recorded, laws, solved.fitted, solved.turn, solved.state), solved.products, settled)
+        there = _descend(recorded, models, laws, solved, settled)
         if there is None:
             return solved if number else None
         state, models = there
@@ -204,18 +203,18 @@ def _follow(recorded: Recorded, models: Mapping[str, PartFit], laws: Mapping[Pai
     return solved
 
 
-def _descend(recorded: Recorded, models: Mapping[str, PartFit], laws: Mapping[Pair, Candidate],
-             priors: Mapping[Pair, Prior], variance: np.ndarray, here: State, there: State, products: Products,
+def _descend(recorded: Recorded, models: Mapping[str, PartFit], laws: Mapping[Pair, Candidate], solved: _Solved,
              settled: float) -> tuple[State, dict[str, PartFit]] | None:
-    """Return the state on the way from `here` to `there` at which the posterior is not lower, with models there.
+    """Return the state on the way to the solution at which the posterior is not lower, with models there.
 
     The models have the columns of those that are given. None is returned where no halved step is good enough.
     """
-    least = _posterior_at(products, laws, priors, here, variance) - settled
+    here, there = solved.state, _moved(recorded, laws, solved.fitted, solved.turn, solved.state)
+    least = solved.fitted.posterior - solved.promised - settled
     for _ in range(_TRIALS):
         moved = {name: model.move(there) for name, model in models.items()}
         reached = assemble(recorded, moved, laws, there)
-        if np.isfinite(reached.values).all() and _posterior_at(reached, laws, priors, there, variance) >= least:
+        if np.isfinite(reached.values).all() and _posterior_at(reached, laws, solved, there) >= least:
             return there, moved
         there = _halfway(here, there)
     return None
@@ -265,10 +264,10 @@ def _inside(turn: np.ndarray, fitted: Fitted, state: State, laws: Mapping[Pair, 
     return np.concatenate([raw[:random], inside])
 
 
-def _posterior_at(products: Products, laws: Mapping[Pair, Candidate], priors: Mapping[Pair, Prior], state: State,
-                  variance: np.ndarray) -> float:
-    gram, turn = products.gram([priors[pair].root(law) for pair, law in laws.items()])
-    fitted = estimate(gram, variance, fixed=True)
+def _posterior_at(products: Products, laws: Mapping[Pair, Candidate], solved: _Solved, state: State) -> float:
+    """Return the posterior at a state, with the priors and variances of a solved model."""
+    gram, turn = products.gram([solved.priors[pair].root(law) for pair, law in laws.items()])
+    fitted = estimate(gram, solved.fitted.variance, fixed=True)
     return fitted.at(_inside(turn, fitted, state, laws)).posterior
 
 

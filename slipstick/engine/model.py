@@ -76,7 +76,8 @@ class PartModel:
     def white(self, columns: np.ndarray) -> np.ndarray:
         """Return columns (n, c, o, k) whitened, (n, c, o k)."""
         assert self.whitening is not None
-        return np.asarray(self.whitening.apply(columns) / np.sqrt(self.part.temper))
+        white = self.whitening.apply(columns)
+        return white if self.part.temper == 1 else white / np.sqrt(self.part.temper)
 
     def late(self, signals: np.ndarray, every: int) -> np.ndarray:
         """Return each `every`-th instant of signals (..., o, K), read by sensors that are late."""
@@ -210,10 +211,10 @@ def move_part(recorded: Recorded, model: PartModel, state: State) -> PartModel:
     parameters of the least squares would be biased by errors in variables.
     """
     there = predict_part(recorded, model.part, state, model.laws, model.noisy)
-    rows, gram = model.rows.copy(), model.gram.copy()
-    rows[:, -1:] = model.white(there.residual[:, None])
-    gram[:, -1] = gram[:, :, -1] = (rows @ rows[:, -1, :, None])[..., 0]
-    return replace(there, whitening=model.whitening, keys=model.keys, places=model.places, rows=rows, gram=gram)
+    residual, gram = model.white(there.residual[:, None]), model.gram.copy()
+    gram[:, -1, :-1] = gram[:, :-1, -1] = (model.rows[:, :-1] @ residual[:, 0, :, None])[..., 0]
+    gram[:, -1, -1] = (residual**2).sum(axis=(1, 2))
+    return replace(there, whitening=model.whitening, keys=model.keys, places=model.places, gram=gram)
 
 
 def predict_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate],
@@ -389,12 +390,12 @@ def _respond(model: PartModel, kind: str, name: str, size: float, basis: np.ndar
     change = trajectory.respond(trajectory.direction(kind, name, typical), basis)
     if kind == "input":
         change = -change  # an error of the sensor is taken off what it reads
-    if any(key_of_law(law, part)[0] == "sensor" and law.variables[part.name].values is None
-           for law in model.laws.values()):
-        signals, here = model.signals, sensor_errors(model, model.signals)
-        largest = np.maximum(np.abs(change).max(axis=(0, 1, 3)), 1e-300)
-        by = 1e-3 * np.maximum(np.ptp(signals, axis=(0, 2)), 1e-12) / largest
-        for place in range(change.shape[1]):
-            moved = sensor_errors(model, signals + by[:, None] * change[:, place])
-            change[:, place] += (moved - here) / by[:, None]
-    return model.late(change, model.part.fine)
+    through = np.zeros(change.shape)
+    for pair, law in model.laws.items():
+        which, name = key_of_law(law, part)
+        variable = law.variables[part.name]
+        if which == "sensor" and variable.values is None:
+            place = part.signals.index(name)
+            through[:, :, place] += variable.differentiate(law.size * model.state.laws[pair], model.signals[:, place],
+                                                           change[:, :, place])
+    return model.late(change + through, model.part.fine)

@@ -60,7 +60,7 @@ class PartFit:
         """Return the model at another state, with the same columns and the same response to noise."""
         held = [*self.held, *(None for _ in self._slices()[len(self.held):])]
         chunks = self._spread(_move, lambda rows, number: (self.built.take(rows), state.take(rows), held[number]))
-        return _gather(replace(self, state=state), chunks)
+        return replace(_gather(replace(self, state=state), chunks), held=self.held)
 
     def own(self) -> dict[str, np.ndarray]:
         """Return the values (n, K) of the part's own variables: the signals that it gives, and those of the system."""
@@ -170,7 +170,7 @@ def _build(recorded: Recorded, part: Part, laws: Mapping[Pair, Candidate], state
 def _move(recorded: Recorded, part: Part, laws: Mapping[Pair, Candidate], built: State, state: State,
           held: PartModel | None) -> PartFit:
     model = held or build_part(recorded, part, built, laws)
-    return _summarize(move_part(recorded, model, state), recorded, held is not None)
+    return _summarize(move_part(recorded, model, state), recorded, is_held=False)
 
 
 def _predict(recorded: Recorded, part: Part, laws: Mapping[Pair, Candidate], state: State, noisy: np.ndarray,

@@ -41,8 +41,17 @@ class Products:
         target = np.array([term.target for term in (*random, *shared)])
         turn = scipy.linalg.block_diag(np.eye(len(precision)), *roots, np.ones((1, 1)))
         free = turn.shape[1] - 1 - len(precision)
-        return Gram(turn.T @ self.values @ turn, len(random), np.append(precision, np.ones(free)),
-                    np.append(target, np.zeros(free)), _BEYOND * np.array([term.widest for term in random])), turn
+        products = self._turn(self._turn(self.values, roots).transpose(0, 2, 1), roots)
+        return Gram(products, len(random), np.append(precision, np.ones(free)), np.append(target, np.zeros(free)),
+                    _BEYOND * np.array([term.widest for term in random])), turn
+
+    def _turn(self, values: np.ndarray, roots: Sequence[np.ndarray]) -> np.ndarray:
+        """Return products (n, c, c) with roots in the place of the raw coefficients of laws in the last axis."""
+        if not roots:
+            return values
+        ends = self.first + np.cumsum([0, *self.sizes])
+        laws = [values[..., first:last] @ root for first, last, root in zip(ends[:-1], ends[1:], roots, strict=True)]
+        return np.concatenate([values[..., :self.first], *laws, values[..., -1:]], axis=-1)
 
     def places(self, number: int, roots: Sequence[np.ndarray]) -> np.ndarray:
         """Return the places of a law's coefficients in the model with these roots."""

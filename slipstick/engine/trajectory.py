@@ -246,7 +246,7 @@ def integrate(problem: Problem, start: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(x.transpose(2, 1, 0))
 
 
-_LANES = 8
+_LANES = 16
 """Columns that are integrated together: each step waits for the one before, and those of other columns do not."""
 
 

@@ -18,7 +18,7 @@ from numba import njit
 
 from slipstick.engine.noise import Noise
 
-_LANES = 8
+_LANES = 64
 """Columns that are filtered at a time: each step waits for the one before, and those of other columns do not."""
 
 

@@ -115,6 +115,20 @@ def test_lags_are_those_of_a_signal_or_of_what_a_part_gives() -> None:
     np.testing.assert_allclose(late(signal, 4.0, 1), late_by_4, atol=1e-12)
 
 
+@pytest.mark.parametrize("kind", ["lags", "own", "jump"])
+def test_a_law_changes_with_its_own_signal_as_its_differences_do(kind: str) -> None:
+    signal = wander()
+    variable = lags("force", None, 2, 3.0) if kind == "lags" else own_variable("force", "N", signal, kind == "jump")
+    random = np.random.default_rng(9)
+    c, change = random.standard_normal(len(variable.knots)), random.standard_normal((len(signal), 11, 300))
+    exact = variable.differentiate(c, signal, change)
+    ahead, behind = (np.stack([variable.weigh(c, 300, signal + by * change[:, place]) for place in range(11)], axis=1)
+                     for by in (1e-7, -1e-7))
+    off = np.abs(exact - (ahead - behind) / 2e-7) / np.abs(exact).max()
+    assert np.quantile(off, 0.99) < 1e-5  # but where a law bends between both
+    assert np.abs(exact).max() > 0.1
+
+
 @pytest.mark.parametrize("kind", ["lags", "past", "curve", "between"])
 def test_a_law_is_its_weighted_basis(kind: str) -> None:
     signal = wander()
