@@ -399,10 +399,23 @@ def _fill_late(signal, by, every, out):  # type: ignore[no-untyped-def]
     whole = int(np.floor(by))
     weights = _convolution_weights(by - whole)
     last = signal.shape[1] - 1
+    first, second, third, fourth = weights
+    begin = min(out.shape[1], max(0, (whole + 2 + every - 1) // every))  # samples that need no care of the ends
+    end = max(begin, min(out.shape[1], (last + whole - 1) // every + 1))
     for i in range(len(signal)):
-        for j in range(out.shape[1]):
+        for j in range(begin):
+            out[i, j] = _interpolate(signal[i], every * j - whole, weights, last)
+        for j in range(begin, end):
             behind = every * j - whole
-            total = 0.0
-            for place in range(4):
-                total += weights[place] * signal[i, min(max(behind - 2 + place, 0), last)]
-            out[i, j] = total
+            out[i, j] = (first * signal[i, behind - 2] + second * signal[i, behind - 1] + third * signal[i, behind]
+                         + fourth * signal[i, behind + 1])
+        for j in range(end, out.shape[1]):
+            out[i, j] = _interpolate(signal[i], every * j - whole, weights, last)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _interpolate(signal, behind, weights, last):  # type: ignore[no-untyped-def]
+    total = 0.0
+    for place in range(4):
+        total += weights[place] * signal[min(max(behind - 2 + place, 0), last)]
+    return total

@@ -81,8 +81,8 @@ class PartModel:
 
     def late(self, signals: np.ndarray, every: int) -> np.ndarray:
         """Return each `every`-th instant of signals (..., o, K), read by sensors that are late."""
-        return np.stack([late(signals[..., place, :], self.part.fine * clock, every)
-                         for place, clock in enumerate(self.clocks)], axis=-2)
+        read = [late(signals[..., place, :], self.part.fine * clock, every) for place, clock in enumerate(self.clocks)]
+        return read[0][..., None, :] if len(read) == 1 else np.stack(read, axis=-2)
 
     def read(self, every: int) -> np.ndarray:
         """Return what the sensors read without noise (n, o, K) at each `every`-th instant."""
@@ -390,12 +390,14 @@ def _respond(model: PartModel, kind: str, name: str, size: float, basis: np.ndar
     change = trajectory.respond(trajectory.direction(kind, name, typical), basis)
     if kind == "input":
         change = -change  # an error of the sensor is taken off what it reads
-    through = np.zeros(change.shape)
+    through = list[tuple[int, np.ndarray]]()  # errors of sensors over their own signals
     for pair, law in model.laws.items():
         which, name = key_of_law(law, part)
         variable = law.variables[part.name]
         if which == "sensor" and variable.values is None:
             place = part.signals.index(name)
-            through[:, :, place] += variable.differentiate(law.size * model.state.laws[pair], model.signals[:, place],
-                                                           change[:, :, place])
-    return model.late(change + through, model.part.fine)
+            through.append((place, variable.differentiate(law.size * model.state.laws[pair], model.signals[:, place],
+                                                          change[:, :, place])))
+    for place, more in through:
+        change[:, :, place] += more
+    return model.late(change, model.part.fine)

@@ -79,32 +79,56 @@ def assemble(recorded: Recorded, models: Mapping[str, PartFit], laws: Mapping[Pa
     sizes = tuple(law.count for law in laws.values())
     count = len(recorded.random) + len(recorded.shared) + sum(sizes) + 1
     total = np.zeros((len(recorded), count, count))
+    values = _list_values(recorded, laws, state)
     for model in models.values():
-        onto = expand(recorded, model, laws, state)
-        total += onto.transpose(0, 2, 1) @ model.gram @ onto
+        rows, factors = _locate(recorded, model, laws)
+        at_zero = _at_zero(model, rows, factors, values)
+        against = (model.gram @ at_zero[:, :, None])[..., 0]
+        total[:, :-1, :-1] += model.gram[:, rows[:, None], rows] * factors[:, :, None] * factors[:, None, :]
+        total[:, :-1, -1] += factors * against[:, rows]
+        total[:, -1, -1] += (at_zero * against).sum(axis=1)
+    total[:, -1, :-1] = total[:, :-1, -1]
     return Products(recorded, total, sizes)
 
 
 def expand(recorded: Recorded, model: PartFit, laws: Mapping[Pair, Candidate], state: State) -> np.ndarray:
     """Return the map (n, r + 1, c) from all coefficients, and 1 for the residual at 0, to the rows of a part."""
-    n, terms = len(recorded), (*recorded.random, *recorded.shared)
-    count = len(terms) + sum(law.count for law in laws.values()) + 1
-    onto = np.zeros((n, model.gram.shape[1], count))
-    for place, term in enumerate(terms):
-        if touches(term, model.part):
-            onto[:, model.keys.index(key_of_term(term)), place] = term.values
-    first = len(terms)
-    for pair, law in laws.items():
-        places = slice(first, first + law.count)
-        if pair in model.places:
-            rows = np.arange(model.places[pair].start, model.places[pair].stop)
-            onto[:, rows, np.arange(first, first + law.count)] = 1.0
-        elif model.part.name in law.variables:
-            row = model.keys.index(key_of_law(law, model.part))
-            onto[:, row, places] += law.size * law.variables[model.part.name].basis(None, 1)[:, :, 0]
-        first += law.count
-    shared = np.concatenate([state.shared, *(state.laws[pair] for pair in laws)])
-    values = np.concatenate([state.points, np.broadcast_to(shared, (n, len(shared)))], axis=1)
-    onto[:, :, -1] = np.einsum("nrc,nc->nr", onto[:, :, :-1], values)
-    onto[:, -1, -1] += 1.0
+    rows, factors = _locate(recorded, model, laws)
+    onto = np.zeros((len(recorded), model.gram.shape[1], len(rows) + 1))
+    onto[:, rows, np.arange(len(rows))] = factors
+    onto[:, :, -1] = _at_zero(model, rows, factors, _list_values(recorded, laws, state))
     return onto
+
+
+def _locate(recorded: Recorded, model: PartFit, laws: Mapping[Pair, Candidate]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the row (c - 1,) of a part to which each coefficient belongs, and its factors (n, c - 1): 0 of another."""
+    rows, factors = list[np.ndarray](), list[np.ndarray]()
+    for term in (*recorded.random, *recorded.shared):
+        is_here = touches(term, model.part)
+        rows.append(np.array([model.keys.index(key_of_term(term)) if is_here else 0]))
+        factors.append(term.values[:, None] * is_here)
+    for pair, law in laws.items():
+        factor = np.zeros((len(recorded), law.count))
+        row = np.zeros(law.count, int)
+        if pair in model.places:
+            row, factor = np.arange(model.places[pair].start, model.places[pair].stop), factor + 1.0
+        elif model.part.name in law.variables:
+            row = row + model.keys.index(key_of_law(law, model.part))
+            factor = factor + law.size * law.variables[model.part.name].basis(None, 1)[:, :, 0]
+        rows.append(row)
+        factors.append(factor)
+    return np.concatenate(rows), np.concatenate(factors, axis=1)
+
+
+def _list_values(recorded: Recorded, laws: Mapping[Pair, Candidate], state: State) -> np.ndarray:
+    """Return the coefficients (n, c - 1) of each run at a state."""
+    shared = np.concatenate([state.shared, *(state.laws[pair] for pair in laws)])
+    return np.concatenate([state.points, np.broadcast_to(shared, (len(recorded), len(shared)))], axis=1)
+
+
+def _at_zero(model: PartFit, rows: np.ndarray, factors: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the rows (n, r + 1) that make the residual at coefficients of 0."""
+    out = np.zeros(model.gram.shape[:2])
+    np.add.at(out, (slice(None), rows), factors * values)
+    out[:, -1] += 1.0
+    return out

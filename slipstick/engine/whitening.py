@@ -229,37 +229,37 @@ def _filter(columns, counted, rho, input_rho, A, F, G, C, E, gains, roots, out):
                     for g in range(count):
                         innovation[g] = columns[i, first + g, o, t]
                     for a in range(d):
-                        for g in range(_LANES):
+                        for g in range(count):
                             innovation[g] -= C[i, o, t, a] * state[a, g]
                     for b in range(r):
                         if E[i, o, t, b] != 0.0:
-                            for g in range(_LANES):
+                            for g in range(count):
                                 innovation[g] -= E[i, o, t, b] * state[d + b, g]
-                    for g in range(_LANES):
+                    for g in range(count):
                         innovation[g] -= state[d + r + o, g]
                     for g in range(count):
                         out[i, first + g, o, t] = innovation[g] * roots[i, t, o]
                     for a in range(size):
                         gain = gains[i, t, o, a]
-                        for g in range(_LANES):
+                        for g in range(count):
                             state[a, g] += gain * innovation[g]
                 if t + 1 < last:
                     for a in range(d):
-                        for g in range(_LANES):
+                        for g in range(count):
                             following[a, g] = 0.0
                         for b in range(d):
-                            for g in range(_LANES):
+                            for g in range(count):
                                 following[a, g] += A[i, t, a, b] * state[b, g]
                         for b in range(r):
                             through = F[i, t, a, b] + input_rho[b] * G[i, t, a, b]
-                            for g in range(_LANES):
+                            for g in range(count):
                                 following[a, g] += through * state[d + b, g]
                     for a in range(d):
-                        for g in range(_LANES):
+                        for g in range(count):
                             state[a, g] = following[a, g]
                     for b in range(r):
-                        for g in range(_LANES):
+                        for g in range(count):
                             state[d + b, g] *= input_rho[b]
                     for o in range(outputs):
-                        for g in range(_LANES):
+                        for g in range(count):
                             state[d + r + o, g] *= rho[o]
