@@ -129,6 +129,7 @@ def _list_values(recorded: Recorded, laws: Mapping[Pair, Candidate], state: Stat
 def _at_zero(model: PartFit, rows: np.ndarray, factors: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return the rows (n, r + 1) that make the residual at coefficients of 0."""
     out = np.zeros(model.gram.shape[:2])
-    np.add.at(out, (slice(None), rows), factors * values)
+    for row, change in zip(rows, (factors * values).T, strict=True):
+        out[:, row] += change
     out[:, -1] += 1.0
     return out
