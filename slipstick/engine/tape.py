@@ -21,6 +21,8 @@ from slipstick.machine.system import System
 Name = tuple[Literal["input", "quantity", "parameter"], str]
 """What equations read: its kind, and its identifier."""
 
+EQUATIONS: tuple[Literal["rate"], Literal["output"]] = "rate", "output"
+"""The functions of a system that are recorded."""
 OPERATIONS: dict[Any, int] = {function: code for code, function in enumerate((
     np.add, np.subtract, np.multiply, np.divide, np.negative, np.maximum, np.minimum, np.sqrt, np.power, np.exp, np.log,
     np.absolute, np.sign, np.sin, np.cos, np.tan, np.tanh, np.arctan, np.arctan2, np.sinh, np.cosh, np.arcsin,
@@ -68,19 +70,19 @@ class _Symbol(NDArrayOperatorsMixin):
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
         if method != "__call__" or options:
-            raise _Untraceable
+            raise _Untraceable(f"they call {ufunc.__name__} in another way than with numbers alone")
         return self.recorder.compute(ufunc, inputs)
 
     def __array_function__(self, function: Any, types: Any, inputs: Any, options: Any) -> Any:
         if options or function not in (np.where, np.interp, np.clip, np.zeros_like, np.ones_like):
-            raise _Untraceable
+            raise _Untraceable(f"they call {function.__name__}")
         return self.recorder.compute(function, inputs)
 
     def __bool__(self) -> bool:
-        raise _Untraceable
+        raise _Untraceable("they decide by a value, with if, and, or, min or max")
 
     def __array__(self, *_: Any, **__: Any) -> np.ndarray:
-        raise _Untraceable
+        raise _Untraceable("they make an array of a value")
 
     def astype(self, _: Any) -> "_Symbol":
         """Return the same number: all are floating-point numbers here."""
@@ -107,7 +109,7 @@ class _Recorder:
         if isinstance(value, _Symbol):
             return value.row
         if np.ndim(value):
-            raise _Untraceable
+            raise _Untraceable("they compute with an array")
         number = float(value)
         if number not in self.known:
             self.known[number] = self._add(0)
@@ -157,7 +159,7 @@ class _Recorder:
         if folded is not None:
             return folded
         if function not in OPERATIONS:
-            raise _Untraceable
+            raise _Untraceable(f"they call {function.__name__}")
         return self.record(OPERATIONS[function], *(self.row_of(each) for each in inputs))
 
     def read_table(self, x: Any, knots: Any, values: Any) -> _Symbol:
@@ -258,14 +260,14 @@ class _RecordedLaw:
         return self.read(x, side)
 
 
-_TAPES: WeakKeyDictionary[System, dict[Any, Tape | None]] = WeakKeyDictionary()
+_TAPES: WeakKeyDictionary[System, dict[Any, Tape | str]] = WeakKeyDictionary()
 
 
 def record_equations(problem: Problem, layout: Layout, what: Literal["rate", "output"],
-                     changed: Name | None = None) -> Tape | None:
+                     changed: Name | None = None) -> Tape | str:
     """Return the tape of the rates of a problem, or of its outputs, in which a value may be `changed`.
 
-    None is returned where the functions compute what a tape cannot, such as with a loop that depends on values.
+    Where the functions compute what a tape cannot, the reason is returned in words.
     """
     laws = tuple((law.kind, law.name, law.variable, law.place) for law in problem.laws)
     known = _TAPES.setdefault(problem.system, {})
@@ -273,8 +275,8 @@ def record_equations(problem: Problem, layout: Layout, what: Literal["rate", "ou
     if key not in known:
         try:
             known[key] = _record(problem, layout, what, changed)
-        except Exception:  # numpy will say what is wrong with the functions, if anything is
-            known[key] = None
+        except Exception as error:  # numpy will say what is wrong with the functions, if anything is
+            known[key] = str(error)
     return known[key]
 
 

@@ -17,7 +17,7 @@ from numba import njit
 
 from slipstick.engine.equations import Equations, Problem, cut, ends
 from slipstick.engine.stepping import follow, read_all, step_all
-from slipstick.engine.tape import Layout, Name, gather_tables, list_values, record_equations
+from slipstick.engine.tape import EQUATIONS, Layout, Name, Tape, gather_tables, list_values, record_equations
 from slipstick.machine.declaration import Namespace
 from slipstick.machine.system import Values
 
@@ -146,8 +146,8 @@ def _changed(problem: Problem, name: Name, by: float) -> Problem:
 
 def _choose_stepper(problem: Problem) -> _Stepper:
     layout = Layout.of(problem)
-    tapes = [record_equations(problem, layout, "rate"), record_equations(problem, layout, "output")]
-    return _InNumpy(problem) if None in tapes else _OnTape(problem, layout)
+    is_recorded = all(isinstance(record_equations(problem, layout, what), Tape) for what in EQUATIONS)
+    return _OnTape(problem, layout) if is_recorded else _InNumpy(problem)
 
 
 class _OnTape:
@@ -182,7 +182,7 @@ class _OnTape:
     def _pack(self, what: Any, change: _Change | None = None) -> tuple[Any, ...]:
         """Return a tape for the kernels, with the values of the laws."""
         tape = record_equations(self.problem, self.layout, what, None if change is None else change.name)
-        assert tape is not None  # as without a change
+        assert isinstance(tape, Tape)  # as without a change
         system, states = self.problem.system, tape.constant + tape.driven + 1
         d = len(system.states)
         return (tape.program, tape.ends, *gather_tables(tape, self.problem.laws), tape.results, tape.literals,

@@ -9,7 +9,9 @@ from slipstick.engine.laws import list_candidates
 from slipstick.engine.measured_law import Law
 from slipstick.engine.model import nominal_own_values
 from slipstick.engine.preparation import prepare
+from slipstick.engine.recordings import Recorded, pose_nominal
 from slipstick.engine.simulation import FINE, simulate_runs
+from slipstick.engine.tape import EQUATIONS, Layout, record_equations
 from slipstick.errors import InvalidValue
 from slipstick.machine import Experiments, Machine, Runs, evaluate_output, list_experiments
 from slipstick.machine.declaration import identifier_of
@@ -51,7 +53,7 @@ def inspect_machine(machine: Machine) -> MachineInspection:
     outputs = {output.name: evaluate_output(output, runs.time, runs.signals) for output in machine.outputs}
     recorded = prepare(machine, simulate_runs(machine, experiments, seed=0))
     candidates = list_candidates(recorded, {part.name: nominal_own_values(part) for part in recorded.parts})
-    findings = [*_check_blocks(machine), *_check_signals(machine, experiments, runs),
+    findings = [*_check_blocks(machine), *_check_speed(recorded), *_check_signals(machine, experiments, runs),
                 *_check_outputs(outputs), *_check_quantities(machine, experiments, runs)]
     return MachineInspection(machine, runs, outputs, len(candidates), tuple(findings))
 
@@ -71,6 +73,18 @@ def _check_blocks(machine: Machine) -> Iterator[Finding]:
         if not block.quantities:
             yield Finding(block.name, "the block has no quantity", "nothing that is missing there can be named",
                           "Declare the places of its equations that may be wrong")
+
+
+def _check_speed(recorded: Recorded) -> Iterator[Finding]:
+    for part in recorded.parts:
+        problem = pose_nominal(part)
+        for what in EQUATIONS:
+            reason = record_equations(problem, Layout.of(problem), what)
+            if isinstance(reason, str):
+                yield Finding(part.name, f"its {what} cannot be recorded: {reason}",
+                              "simulations and studies take some 50 times as long",
+                              "Use arithmetic and plain functions of numpy, and numpy.where in the place of if")
+                break
 
 
 def _check_signals(machine: Machine, experiments: Experiments, runs: Runs) -> Iterator[Finding]:

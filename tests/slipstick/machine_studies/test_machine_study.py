@@ -293,6 +293,8 @@ Change = Callable[[str], str]
      "has no quantity"),
     (lambda text: text.replace("value=2.0)", "value=0.3)").replace("step=0.5", "step=2.0"), "air speed",
      "half the step"),
+    (lambda text: text.replace("np.maximum(u.air_speed, 0)", "np.nan_to_num(u.air_speed)"), "plate",
+     "its rate cannot be recorded: they call nan_to_num"),
 ])
 def test_a_check_tells_what_is_implausible(tmp_path: Path, capsys: pytest.CaptureFixture[str], change: Change, key: str,
                                            what: str) -> None:
