@@ -124,12 +124,15 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
     The fit ends where a step promises less than `settled` nats, of which SETTLED are the least, or where it will stay
     short of the evidence that is `needed`. Columns are kept over the steps as long as each promises much less than the
     one before (a chord method: Kelley, Iterative Methods for Linear and Nonlinear Equations, 1995, section 5.4.1), and
-    are those of the state where it ends.
+    are those of the state where it ends. With the columns, the noise that a model carries changes as well, so that the
+    solution is the fixed point of these steps: where they lead away from it, or past it and back, half of the way is
+    gone (under-relaxation).
     """
     state, settled = state or begin(recorded), max(settled, SETTLED)
     variance = np.full(len(recorded.random), _FIRST) if variance is None else np.maximum(variance, _FIRST * 1e-4)
     state = replace(state, laws={pair: state.laws.get(pair, np.zeros(law.count)) for pair, law in laws.items()})
     best: Fit | None = None
+    last: Fit | None = None
     for _ in range(_BUILDS):
         models = {part.name: fit_part(recorded, part, state, laws) for part in recorded.parts}
         solved = _solve(recorded, models, laws, priors, variance, state)
@@ -143,6 +146,10 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
             best = current
         if current.converged or evidence + HOPED * current.promised < needed:
             return best
+        if last is not None and current.promised >= last.promised and current.evidence <= last.evidence:
+            state = _halfway(last.state, state)
+            continue
+        last = current
         following = _follow(recorded, models, laws, solved, settled)
         if following is None:  # no way leads on
             break
