@@ -39,8 +39,7 @@ def _screen(fit: Fit, candidate: Candidate, coarse: Candidate, products: Product
     roots = [*fit.roots, np.eye(coarse.count)]
     raw_gram, _ = products.gram(roots)
     places = products.places(len(roots) - 1, roots)
-    raw_places = np.arange(coarse.count) + products.values.shape[1] - 1 - coarse.count
-    known_up_to = count_replaced(products, coarse, raw_places)
+    known_up_to = count_replaced(raw_gram, coarse, places)
     variance = fit.fitted.variance
     for _ in range(2):  # the prior at the variances without the law, and then at those with it
         gain, prior = choose_prior(raw_gram, coarse, places, variance, known_up_to)

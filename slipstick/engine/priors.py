@@ -60,20 +60,21 @@ def adapt_priors(products: Products, laws: Mapping[Pair, Candidate], priors: Map
     return adapted
 
 
-def count_replaced(products: Products, law: Candidate, places: np.ndarray) -> int:
-    """Return up to how many flat forms a law with raw coefficients at `places` is known: those that terms replace.
+def count_replaced(gram: Gram, law: Candidate, places: np.ndarray) -> int:
+    """Return up to how many flat forms a law with raw coefficients at `places` of a model is known: those that all
+    others replace, terms and laws.
 
-    A form is replaced where the terms, with their priors, leave less than `_INDEPENDENT` of its information.
+    A form is replaced where these, with their priors, leave less than `_INDEPENDENT` of its information. Beside a law
+    A, a parameter is multiplied by 1 + A, so that the constant of another law would replace A.
     """
     if len(places) > sum(law.families[:1]):
         return 0
-    total, count = products.values.sum(axis=0), products.first
-    terms = (*products.recorded.random, *products.recorded.shared)
-    inner = total[:count, :count] + np.diag([1 / term.std**2 for term in terms])
+    total, others = gram.products.sum(axis=0), np.setdiff1d(np.arange(len(gram.precision)), places)
+    inner = total[np.ix_(others, others)] + np.diag(gram.precision[others])
     forms = flat_forms(len(places))
     for number, form in enumerate(forms.T):
-        # A line is replaced beside the constant, which is among the terms then.
-        cross, whole = total[:count, places] @ form, float(form @ total[np.ix_(places, places)] @ form)
+        # A line is replaced beside the constant, which is among the others then.
+        cross, whole = total[np.ix_(others, places)] @ form, float(form @ total[np.ix_(places, places)] @ form)
         if whole - cross @ np.linalg.solve(inner, cross) > _INDEPENDENT * whole:
             return number
     return int(forms.shape[1])

@@ -91,16 +91,26 @@ class Trajectory:
         return self._known[key]
 
     def _differentiate(self, name: Name, by: float) -> "Direction":
-        """Return the derivatives with a value; that of a parameter is the same at both ends of a step."""
+        """Return the derivatives with a value; that of a parameter is the same at both ends of a step.
+
+        Those at both ends have the sum of a change that is the same at both, also where a step meets a surface: a
+        constant of a law and a parameter that say the same would differ there, and their difference be a law.
+        """
         (n, d, size), no = self.x.shape, np.zeros(self.x.shape[1])
         D = (self.stepper.read(self.x, no, _Change(name, (by, by))) - self.outputs) / by
         B = np.zeros((n, size - 1, 2, d))
         if d:
-            for end, each in enumerate([(by, by)] if name[0] == "parameter" else [(by, 0.0), (0.0, by)]):
-                after = self.stepper.step(self.x, no, _Change(name, each))
-                B[:, :, end] = ((after - self._following) / by).transpose(0, 2, 1)
+            B[:, :, 0] = self._differ(name, (by, by))
+            if name[0] != "parameter":
+                B[:, :, 1] = self._differ(name, (0.0, by))
+                B[:, :, 0] -= B[:, :, 1]
         S = (_start(_changed(self.problem, name, by)) - _start(self.problem)) / by
         return Direction(B, D, S)
+
+    def _differ(self, name: Name, by: tuple[float, float]) -> np.ndarray:
+        """Return the derivatives (n, K - 1, d) of the steps with a value at one of their ends, or at both."""
+        after = self.stepper.step(self.x, np.zeros(self.x.shape[1]), _Change(name, by))
+        return np.asarray(((after - self._following) / by[1]).transpose(0, 2, 1))
 
     def respond(self, direction: "Direction", basis: np.ndarray) -> np.ndarray:
         """Return the changes (n, m, o, K) of the outputs with coefficients of a basis (n, m, K) of a change."""
