@@ -193,7 +193,9 @@ def form_root(families: tuple[int, ...], walk: float, known_up_to: int = 0) -> n
     A law is known up to a number of flat forms that other parameters replace, and lacks these: nothing, the constant,
     or the constant and the line. Coefficients of several `families` are independent.
     """
-    return np.asarray(scipy.linalg.block_diag(*(_family_root(count, walk, known_up_to) for count in families)))
+    root = np.asarray(scipy.linalg.block_diag(*(_family_root(count, walk, known_up_to) for count in families)))
+    root.setflags(write=False)  # all who ask share it
+    return root
 
 
 def _family_root(count: int, walk: float, known_up_to: int) -> np.ndarray:
@@ -215,7 +217,9 @@ def smooth_root(count: int, length: float) -> np.ndarray:
     apart = np.subtract.outer(np.arange(count), np.arange(count)) / length
     values, axes = np.linalg.eigh(np.exp(-0.5 * apart**2))
     kept = values > 1e-9 * values[-1]
-    return np.asarray(axes[:, kept] * np.sqrt(values[kept]))
+    root = np.asarray(axes[:, kept] * np.sqrt(values[kept]))
+    root.setflags(write=False)
+    return root
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
