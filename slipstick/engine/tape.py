@@ -34,6 +34,8 @@ _BESIDE = len(OPERATIONS)
 _SAME: dict[Any, Any] = {np.fabs: np.absolute, np.fmax: np.maximum, np.fmin: np.minimum, np.mod: np.remainder,
                          np.bitwise_and: np.logical_and, np.bitwise_or: np.logical_or, np.invert: np.logical_not}
 """What else numpy calls an operation; logical values are numbers here."""
+_ARGUMENTS: dict[Any, int] = {np.where: 3, np.interp: 3, np.clip: 3, np.zeros_like: 1, np.ones_like: 1}
+"""Functions of numpy that are no elementary ones, with the arguments that they must have."""
 _ROOT = {0.5: 0, 1.5: 1, 2.5: 2}
 """Powers that are a square root times a whole power, with this one."""
 
@@ -69,12 +71,15 @@ class _Symbol(NDArrayOperatorsMixin):
         self.recorder, self.row = recorder, row
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
-        if method != "__call__" or options:
+        out = options.pop("out", (inputs[0],))
+        # `a -= b` gives a new symbol to the name, and changes no other one.
+        if method != "__call__" or options or len(out) > 1 or out[0] is not inputs[0]:
             raise _Untraceable(f"they call {ufunc.__name__} in another way than with numbers alone")
         return self.recorder.compute(ufunc, inputs)
 
     def __array_function__(self, function: Any, types: Any, inputs: Any, options: Any) -> Any:
-        if options or function not in (np.where, np.interp, np.clip, np.zeros_like, np.ones_like):
+        count = _ARGUMENTS.get(function)
+        if options or len(inputs) != count:
             raise _Untraceable(f"they call {function.__name__}")
         return self.recorder.compute(function, inputs)
 
@@ -276,7 +281,7 @@ def record_equations(problem: Problem, layout: Layout, what: Literal["rate", "ou
         try:
             known[key] = _record(problem, layout, what, changed)
         except Exception as error:  # numpy will say what is wrong with the functions, if anything is
-            known[key] = str(error)
+            known[key] = str(error).replace("'_Symbol' object", "a value")
     return known[key]
 
 

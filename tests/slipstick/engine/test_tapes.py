@@ -35,6 +35,16 @@ FUNCTIONS: dict[str, Read] = {
 """Equations in words, of which each operation that a tape knows is in one."""
 
 
+def subtract(a: Any, b: Any) -> Any:
+    left = 2 * a
+    left -= b
+    left *= 3
+    return left + a
+
+
+FUNCTIONS["in place"] = subtract
+
+
 def pose(read: Read, **changed: Any) -> Problem:
     system = System(("s",), ("y",), lambda x, u, q, p: read(x.s, u.a) - x.s, lambda u, q, p: p.begin,
                     lambda x, u, q, p: read(u.a, p.begin + q.shift))
@@ -70,7 +80,8 @@ def search(a: Any, b: Any) -> Any:
     (lambda a, b: np.cumsum(a) * b, "they call cumsum"),
     (lambda a, b: np.frompyfunc(abs, 1, 1)(a).astype(float) + b, "they call abs"),
     (lambda a, b: np.add(a, b, where=True), "they call add in another way"),
-    (lambda a, b: np.array([1.0, 2.0]) * a + b, "they compute with an array")])
+    (lambda a, b: np.array([1.0, 2.0]) * a + b, "they compute with an array"),
+    (lambda a, b: np.where(a > 0)[0] * b, "they call where"), (lambda a, b: a.copy() + b, "a value has no attribute")])
 def test_what_no_tape_can_do_is_left_to_numpy_with_a_reason(read: Read, reason: str) -> None:
     problem = pose(read)
     assert isinstance(_choose_stepper(problem), _InNumpy)
