@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from slipstick.building import say_compilation
 from slipstick.errors import InvalidValue
 from slipstick.machine import Machine
 from slipstick.numerics.quantities import raised
@@ -47,7 +48,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _check(path: Path, out: Path | None) -> int:
     out = picture_file(out, Path(path.name))
-    inspection = inspect_machine(Machine.open(path))
+    with say_compilation():
+        inspection = inspect_machine(Machine.open(path))
     print(report(inspection))
     if out is not None:
         write_picture(out, draw_machine(inspection.machine, inspection.runs))

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
+from slipstick.building import say_compilation
 from slipstick.engine.settings import EngineSettings
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.interface.files import now, require_html, write, write_laws
@@ -108,7 +109,7 @@ def study_of_machine(machine: Machine, runs: RunsLike, *, settings: EngineSettin
     chosen = settings_of({**as_mapping(settings), **changed})
     limit, start, submitted, begin = seconds_of(budget), time.monotonic(), now(), clock_times()
     kept = list[Studied]()
-    with ProgressLine() as line:
+    with say_compilation(), ProgressLine() as line:
         show = line.shown(progress)
 
         def log(doing: str) -> None:
@@ -168,7 +169,7 @@ def calibration_of_machine(machine: Machine, runs: RunsLike, progress: bool | Sh
                            executor: Executor | None = None) -> MachineCalibration:
     """Fit the parameters of a declared machine; arguments and errors are those of `slipstick.calibrate`."""
     runs = runs if isinstance(runs, Runs) else Runs.open(runs)
-    with ProgressLine() as line:
+    with say_compilation(), ProgressLine() as line:
         show = line.shown(progress)
         fitted = calibrate_machine(machine, runs, log=lambda doing: show(doing, None), executor=executor)
     return MachineCalibration(machine.name, *fitted)

@@ -8,7 +8,7 @@ from typing import overload
 import numpy as np
 
 from slipstick.bench.conditions import Conditions
-from slipstick.building import compile_simulator
+from slipstick.building import compile_simulator, say_compilation
 from slipstick.clutch import effects as catalogue
 from slipstick.clutch.effects.effect import Effect
 from slipstick.engine.simulation import simulate_runs
@@ -76,7 +76,8 @@ def simulate(bench: BenchLike | Machine, effects: Effects = (), *, model: ModelL
     if isinstance(bench, Machine):
         experiments = list_experiments(bench)
         rows = np.arange(len(experiments) if runs is None else _require_count(runs, "runs")) % len(experiments)
-        return simulate_runs(bench, experiments.take(rows), seed=seed)
+        with say_compilation():
+            return simulate_runs(bench, experiments.take(rows), seed=seed)
     bench = bench_of(bench)
     simulated, taken = model_of(bench, model), conditions_of(bench, conditions)
     for name, amount in _amounts(effects).items():
