@@ -280,6 +280,8 @@ def record_equations(problem: Problem, layout: Layout, what: Literal["rate", "ou
     if key not in known:
         try:
             known[key] = _record(problem, layout, what, changed)
+        except TimeoutError:  # of who has called the functions, and waits no longer
+            raise
         except Exception as error:  # numpy will say what is wrong with the functions, if anything is
             known[key] = str(error).replace("'_Symbol' object", "a value")
     return known[key]
