@@ -4,6 +4,7 @@ import numpy as np
 
 from slipstick.black_box.function import limit_time
 from slipstick.engine.simulation import simulate_runs
+from slipstick.engine.trajectory import compile_kernels
 from slipstick.machine import Machine, SignalRange, list_experiments
 
 _SECONDS = 5.0
@@ -15,6 +16,7 @@ def simulate_ranges(machine: Machine) -> tuple[SignalRange, ...]:
 
     There is none where it declares no experiments, or where these fail or take more than seconds.
     """
+    compile_kernels()
     try:
         with limit_time(_SECONDS), np.errstate(all="ignore"):
             signals = simulate_runs(machine, list_experiments(machine)).signals
