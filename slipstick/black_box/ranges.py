@@ -3,8 +3,7 @@
 import numpy as np
 
 from slipstick.black_box.function import limit_time
-from slipstick.engine.simulation import simulate_runs
-from slipstick.engine.trajectory import compile_kernels
+from slipstick.engine.simulation import compile_kernels, simulate_runs
 from slipstick.machine import Machine, SignalRange, list_experiments
 
 _SECONDS = 5.0

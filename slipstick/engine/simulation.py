@@ -12,7 +12,7 @@ from slipstick.machine.declaration import SENSOR, Machine, identifier_of
 from slipstick.machine.experiments import Experiments
 from slipstick.machine.runs import Profile, Runs
 from slipstick.machine.runs_file import units_of
-from slipstick.machine.system import system_of
+from slipstick.machine.system import System, system_of
 from slipstick.machine.whole import compose
 
 FINE = 4
@@ -51,6 +51,12 @@ def simulate(machine: Machine, time: np.ndarray, commands: Mapping[str, Profile]
     problem = Problem(system, float(instants[1] - instants[0]), inputs, quantities, parameters, tuple(inner))
     outputs = solve(problem).outputs[:, :, ::fine]
     return {name: outputs[:, place] for place, name in enumerate(block.signals)}
+
+
+def compile_kernels() -> None:
+    """Load what steps the equations of all machines, or compile it, before a clock starts."""
+    system = System(("x",), ("x",), lambda x, u, q, p: -x.x, lambda u, q, p: 1.0, lambda x, u, q, p: x.x)
+    solve(Problem(system, 1.0, {"u": np.zeros((1, 2))}, {}, {})).A  # noqa: B018, computed when it is asked for
 
 
 def simulate_runs(machine: Machine, experiments: Experiments, values: Mapping[str, float] | None = None,

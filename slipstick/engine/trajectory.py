@@ -19,7 +19,7 @@ from slipstick.engine.equations import Equations, Problem, cut, ends
 from slipstick.engine.stepping import follow, read_all, step_all
 from slipstick.engine.tape import EQUATIONS, Layout, Name, Tape, gather_tables, list_values, record_equations
 from slipstick.machine.declaration import Namespace
-from slipstick.machine.system import System, Values
+from slipstick.machine.system import Values
 
 DIFFERENCE = 1e-6
 """Step of numerical derivatives, over the size of what is changed."""
@@ -137,12 +137,6 @@ def solve(problem: Problem) -> Trajectory:
     stepper, start = _choose_stepper(problem), _start(problem)
     x = stepper.follow(start) if start.size else np.empty((*start.shape, problem.shape[1]))
     return Trajectory(problem, x, stepper.read(x, np.zeros(x.shape[1])), stepper)
-
-
-def compile_kernels() -> None:
-    """Load what steps the equations of all machines, or compile it, before a clock starts."""
-    system = System(("x",), ("x",), lambda x, u, q, p: -x.x, lambda u, q, p: 1.0, lambda x, u, q, p: x.x)
-    solve(Problem(system, 1.0, {"u": np.zeros((1, 2))}, {}, {})).A  # noqa: B018, which is computed when it is asked for
 
 
 def _start(problem: Problem) -> np.ndarray:
