@@ -61,6 +61,16 @@ class Variable:
             return len(self.knots),
         return len(WIDTHS if self.kind == "past" else DELAYS), len(TIMES), *[len(PLACES)] * len(RELAXATIONS)
 
+    @property
+    def _slices(self) -> list[slice]:
+        """The places of the coefficients of each family."""
+        ends = np.cumsum(self.families).tolist()
+        return [slice(end - count, end) for end, count in zip(ends, self.families, strict=True)]
+
+    def _beside(self, values: np.ndarray) -> np.ndarray:
+        """Return values on their sides of 0, if the law may jump there."""
+        return beside_jump(values, np.sign(values), self.knots) if self.jumps else values
+
     def coarse(self) -> "Variable":
         """Return the variable with few knots, for a first comparison."""
         count = len(self.knots)
@@ -78,12 +88,11 @@ class Variable:
         if self.kind in ("past", "lags"):
             return np.concatenate([self._remember(values, family) for family in range(len(self.families))], axis=1)
         x = np.asarray(values if values.ndim == 2 else values[:, None])
-        return hats(beside_jump(x, np.sign(x), self.knots) if self.jumps else x, self.knots)
+        return hats(self._beside(x), self.knots)
 
     def _remember(self, values: np.ndarray, family: int) -> np.ndarray:
         """Return the functions (n, m, K) of a family of the past of a signal (n, K): what it is beyond the signal."""
-        first = sum(self.families[:family])
-        knots = self.knots[first:first + self.families[family]]
+        knots = self.knots[self._slices[family]]
         if family > 1:  # functions of what is not forgotten yet
             excess = values - lag(values, RELAXATIONS[family - 2] * self.fine)
             return np.stack([np.maximum(excess - knot, 0) - max(-knot, 0) for knot in knots], axis=1)
@@ -98,34 +107,28 @@ class Variable:
         values = own if self.values is None else self.values
         assert values is not None
         if self.kind == "lags":  # without the basis, which is large
-            dead, lagging = slice(0, len(DELAYS)), slice(len(DELAYS), len(DELAYS) + len(TIMES))
+            dead, lagging, *relaxing = self._slices
             values = np.ascontiguousarray(values, dtype=float)
             law = (weigh_lags(values, self.knots[lagging] * self.fine, c[lagging])
                    + weigh_delays(values, self.knots[dead] * self.fine, c[dead]))
-            for place, time in enumerate(RELAXATIONS):
-                first = lagging.stop + place * len(PLACES)
-                relaxing = slice(first, first + len(PLACES))
-                law += weigh_bends(values - lag(values, time * self.fine), self.knots[relaxing], c[relaxing])
+            for places, time in zip(relaxing, RELAXATIONS, strict=True):
+                law += weigh_bends(values - lag(values, time * self.fine), self.knots[places], c[places])
             return np.asarray(law)
         if len(self.knots) > 1 and self.kind != "past":
-            x = beside_jump(values, np.sign(values), self.knots) if self.jumps else values
-            return np.asarray(np.interp(x, self.knots, c).reshape(len(values), -1))
+            return np.asarray(np.interp(self._beside(values), self.knots, c).reshape(len(values), -1))
         return np.asarray(np.einsum("m,nmk->nk", c, self.basis(own, size)))
 
     def differentiate(self, c: np.ndarray, own: np.ndarray, change: np.ndarray) -> np.ndarray:
         """Return how a law over an `own` signal (n, K), with coefficients c (m,), changes with that (n, m, K)."""
         if self.kind != "lags":
-            x = beside_jump(own, np.sign(own), self.knots) if self.jumps else own
             slopes = np.concatenate([[0.0], np.diff(c) / np.diff(self.knots), [0.0]])
-            return np.asarray(slopes[np.searchsorted(self.knots, x, side="right")][:, None] * change)
-        first, out = len(DELAYS) + len(TIMES), np.zeros(change.shape)
-        bends = np.stack([slope_of_bends(own - lag(own, time * self.fine), self.knots[first + place:][:len(PLACES)],
-                                         c[first + place:][:len(PLACES)])
-                          for time, place in zip(RELAXATIONS, range(0, len(RELAXATIONS) * len(PLACES), len(PLACES)),
-                                                 strict=True)])
-        respond_to_lags(np.ascontiguousarray(change), self.knots[:len(DELAYS)] * self.fine, c[:len(DELAYS)],
-                        np.concatenate([self.knots[len(DELAYS):first], RELAXATIONS]) * self.fine,
-                        c[len(DELAYS):first], bends, out)
+            return np.asarray(slopes[np.searchsorted(self.knots, self._beside(own), side="right")][:, None] * change)
+        (dead, lagging, *relaxing), out = self._slices, np.zeros(change.shape)
+        bends = np.stack([slope_of_bends(own - lag(own, time * self.fine), self.knots[places], c[places])
+                          for places, time in zip(relaxing, RELAXATIONS, strict=True)])
+        times = np.concatenate([self.knots[lagging], RELAXATIONS]) * self.fine
+        respond_to_lags(np.ascontiguousarray(change), self.knots[dead] * self.fine, c[dead], times, c[lagging], bends,
+                        out)
         return out
 
 

@@ -1,7 +1,7 @@
 """The equations of a system on a grid of instants, with laws inside, and a step of them that meets surfaces."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
 
@@ -56,25 +56,11 @@ class Problem:
     parameters: Values
     laws: tuple[OwnLaw, ...] = ()
 
-    @property
-    def equations(self) -> tuple["Equations", Namespace]:
-        """The equations, and the parameters by identifier."""
-        return Equations(self.system, self.laws), Namespace(**self.parameters)
-
     @cached_property
     def shape(self) -> tuple[int, int]:
         """Numbers of runs and of instants."""
         return np.broadcast_shapes(*(np.shape(value) for value in (*self.inputs.values(), *self.parameters.values(),
                                                                    *self.quantities.values())))
-
-    def take(self, rows: slice | np.ndarray) -> "Problem":
-        """Return the problem of the runs `rows`."""
-        def chosen(values: Values) -> dict[str, Any]:
-            return {name: value[rows] if np.ndim(value) == 2 and len(value) > 1 else value
-                    for name, value in values.items()}
-
-        return replace(self, inputs=chosen(self.inputs), quantities=chosen(self.quantities),
-                       parameters=chosen(self.parameters))
 
 
 def cut(values: Values, instants: slice) -> dict[str, Any]:

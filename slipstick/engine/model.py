@@ -205,7 +205,7 @@ def build_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair,
 
 
 def move_part(recorded: Recorded, model: PartModel, state: State) -> PartModel:
-    """Return the model of a part at another state with the columns that it has: with another residual alone.
+    """Return a part at another state, without rows, with products of the columns of a model and another residual.
 
     The response to the noise of inputs is kept as well. What it changes is correlated with the residual, so that
     parameters of the least squares would be biased by errors in variables.

@@ -243,7 +243,7 @@ def _advance(tape, R, x, begin, end, h, out, work, count):  # type: ignore[no-un
 def _meet(tape, R, state, meeting, x, begin, end, h, out, count):  # type: ignore[no-untyped-def]
     """Fill the states a step later of those lanes in which a state meets its surface within the step."""
     d, side = len(x), tape[11] + len(x)
-    work = make_work(d, meeting)
+    work = _make_work(d, meeting)
     own, lanes = np.empty((len(R), meeting)), np.empty(meeting, np.int64)
     first, there = np.empty((d, meeting)), np.empty((d, meeting))
     u, u_there, u_last = (np.empty((len(begin), meeting)), np.empty((len(begin), meeting)),
@@ -278,7 +278,7 @@ def _meet(tape, R, state, meeting, x, begin, end, h, out, count):  # type: ignor
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def make_work(states, lanes):  # type: ignore[no-untyped-def]
+def _make_work(states, lanes):  # type: ignore[no-untyped-def]
     """Return memory for a step: rates, and their sum."""
     return np.empty((states, lanes)), np.empty((states, lanes))
 
@@ -310,7 +310,7 @@ def follow(tape, P, V, start, h, X):  # type: ignore[no-untyped-def]
     d, size, n = X.shape
     R, out, x, steps = np.empty((tape[13], _LANES)), np.empty((d, _LANES)), np.empty((d, _LANES)), np.empty(_LANES)
     begin, end = np.zeros((len(V) + 1, _LANES)), np.zeros((len(V) + 1, _LANES))
-    work = make_work(d, _LANES)
+    work = _make_work(d, _LANES)
     for first in range(0, n, _LANES):
         count = min(_LANES, n - first)
         _fill_constants(tape, P, first, count, min(1, count), R)
@@ -340,7 +340,7 @@ def step_all(tape, P, V, X, shift, change, h, out):  # type: ignore[no-untyped-d
     begin, end = np.empty((len(V) + 1, _LANES)), np.empty((len(V) + 1, _LANES))
     for g in range(_LANES):
         begin[len(V), g], end[len(V), g] = change[0], change[1]
-    work = make_work(d, _LANES)
+    work = _make_work(d, _LANES)
     for first in range(0, n, _LANES):
         runs = min(_LANES, n - first)
         together = _LANES // runs
@@ -368,7 +368,7 @@ def read_all(tape, rates, P, V, X, shift, change, out):  # type: ignore[no-untyp
     """
     d, size, n = X.shape
     R, S, x = np.empty((tape[13], _LANES)), np.empty((rates[13], _LANES)), np.empty((d, _LANES))
-    u, work, at, results = np.empty((len(V) + 1, _LANES)), make_work(d, _LANES), tape[11], tape[6]
+    u, work, at, results = np.empty((len(V) + 1, _LANES)), _make_work(d, _LANES), tape[11], tape[6]
     y, switches = np.empty((len(results), _LANES)), tape[9]
     for g in range(_LANES):
         u[len(V), g] = change

@@ -31,7 +31,7 @@ OPERATIONS: dict[Any, int] = {function: code for code, function in enumerate((
 """The numbers of operations, by the function of numpy that does them."""
 _BESIDE = len(OPERATIONS)
 """The number of the operation that reads a table with a jump at 0 on the side of it."""
-_SAME: dict[Any, Any] = {np.fabs: np.absolute, np.fmax: np.maximum, np.fmin: np.minimum, np.mod: np.remainder,
+_SAME: dict[Any, Any] = {np.fabs: np.absolute, np.fmax: np.maximum, np.fmin: np.minimum,
                          np.bitwise_and: np.logical_and, np.bitwise_or: np.logical_or, np.invert: np.logical_not}
 """What else numpy calls an operation; logical values are numbers here."""
 _ARGUMENTS: dict[Any, int] = {np.where: 3, np.interp: 3, np.clip: 3, np.zeros_like: 1, np.ones_like: 1}
@@ -98,6 +98,7 @@ class _Recorder:
     """Records operations; what is computed twice is recorded once, and numbers are folded."""
 
     def __init__(self, layout: "Layout", states: int) -> None:
+        self.layout = layout
         self.first_state = len(layout.constant) + len(layout.driven) + 1
         self.inputs = self.first_state + 2 * states
         self.levels = [0] * len(layout.constant) + [1] * (len(layout.driven) + 1) + [2] * 2 * states
@@ -175,7 +176,7 @@ class _Recorder:
             self.tables.append((knots, values))
         return self.record(OPERATIONS[np.interp], self.row_of(x), self.row_of(place))
 
-    def finish(self, layout: "Layout", results: Sequence[Any]) -> Tape:
+    def finish(self, results: Sequence[Any]) -> Tape:
         """Return the tape of the operations that results need, in three parts."""
         rows = [self.row_of(each) for each in results]
         needed, used = set(rows), list[tuple[int, int, int, int, int]]()
@@ -190,7 +191,7 @@ class _Recorder:
         program = np.array([(code, *(place.get(row, 0) for row in of)) for part in parts for code, *of in part],
                            np.int64)
         values = [self.literals[row] for row in order if row in self.literals]
-        return Tape(len(layout.constant), len(layout.driven), np.array(values, float), program.reshape(-1, 5),
+        return Tape(len(self.layout.constant), len(self.layout.driven), np.array(values, float), program.reshape(-1, 5),
                     np.cumsum([len(part) for part in parts], dtype=np.int64),
                     np.array([place[row] for row in rows], np.int64), len(order),
                     tuple(self.tables))
@@ -252,17 +253,13 @@ def list_values(problem: Problem) -> dict[Name, Any]:
 
 @dataclass(frozen=True, eq=False)
 class _RecordedLaw:
-    """A law inside the equations, read of a table behind those of the functions, whose values may change."""
+    """A law inside the equations, which is read `at` a value of a table behind those of the functions."""
 
     kind: Literal["quantity", "input"]
     name: str
     variable: str
     place: int | None
-    read: Callable[[Any, Any], Any]
-
-    def at(self, x: Any, side: Any) -> Any:
-        """Record how the law is read."""
-        return self.read(x, side)
+    at: Callable[[Any, Any], Any]
 
 
 _TAPES: WeakKeyDictionary[System, dict[Any, Tape | str]] = WeakKeyDictionary()
@@ -308,7 +305,7 @@ def _record(problem: Problem, layout: Layout, what: str, changed: Name | None) -
                            for place, law in enumerate(problem.laws)]
     equations, p = Equations(system, laws), Namespace(**values["parameter"])
     evaluate = equations.rates if what == "rate" else equations.read
-    return recorder.finish(layout, evaluate(x, values["input"], values["quantity"], p, sides))
+    return recorder.finish(evaluate(x, values["input"], values["quantity"], p, sides))
 
 
 def gather_tables(tape: Tape, laws: Sequence[OwnLaw]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -62,7 +62,7 @@ class Trajectory:
         n, d, size = self.x.shape
         A = np.empty((n, size - 1, d, d))
         for place, shift in enumerate(self._shifts):
-            A[..., place] = ((self.stepper.step(self.x, shift) - self._following) / shift[place]).transpose(0, 2, 1)
+            A[..., place] = self._differ(shift[place], shift)
         return A
 
     @cached_property
@@ -96,21 +96,19 @@ class Trajectory:
         Those at both ends have the sum of a change that is the same at both, also where a step meets a surface: a
         constant of a law and a parameter that say the same would differ there, and their difference be a law.
         """
-        (n, d, size), no = self.x.shape, np.zeros(self.x.shape[1])
-        D = (self.stepper.read(self.x, no, _Change(name, (by, by))) - self.outputs) / by
+        (n, d, size), no, both = self.x.shape, np.zeros(self.x.shape[1]), _Change(name, (by, by))
+        D = (self.stepper.read(self.x, no, both) - self.outputs) / by
         B = np.zeros((n, size - 1, 2, d))
         if d:
-            B[:, :, 0] = self._differ(name, (by, by))
+            B[:, :, 0] = self._differ(by, no, both)
             if name[0] != "parameter":
-                B[:, :, 1] = self._differ(name, (0.0, by))
+                B[:, :, 1] = self._differ(by, no, _Change(name, (0.0, by)))
                 B[:, :, 0] -= B[:, :, 1]
-        S = (_start(_changed(self.problem, name, by)) - _start(self.problem)) / by
-        return Direction(B, D, S)
+        return Direction(B, D, (_start(_changed(self.problem, name, by)) - self.x[:, :, 0]) / by)
 
-    def _differ(self, name: Name, by: tuple[float, float]) -> np.ndarray:
-        """Return the derivatives (n, K - 1, d) of the steps with a value at one of their ends, or at both."""
-        after = self.stepper.step(self.x, np.zeros(self.x.shape[1]), _Change(name, by))
-        return np.asarray(((after - self._following) / by[1]).transpose(0, 2, 1))
+    def _differ(self, by: float, shift: np.ndarray, change: _Change | None = None) -> np.ndarray:
+        """Return the derivatives (n, K - 1, d) of the steps with states or with a value that changes `by` so much."""
+        return np.asarray(((self.stepper.step(self.x, shift, change) - self._following) / by).transpose(0, 2, 1))
 
     def respond(self, direction: "Direction", basis: np.ndarray) -> np.ndarray:
         """Return the changes (n, m, o, K) of the outputs with coefficients of a basis (n, m, K) of a change."""
@@ -185,8 +183,9 @@ class _OnTape:
 
     def read(self, x: np.ndarray, shift: np.ndarray, change: _Change | None = None) -> np.ndarray:
         out = np.empty((len(self.problem.system.signals), x.shape[2], len(x)))
-        read_all(self._pack("output", change), self._pack("rate", change), self.P, self.V, _runs_last(x), shift,
-                 _by(change)[0], out)
+        output = self._pack("output", change)
+        rates = self._pack("rate", change) if self.problem.system.switches else output  # or it chooses no sides
+        read_all(output, rates, self.P, self.V, _runs_last(x), shift, _by(change)[0], out)
         return _runs_first(out)
 
     def _pack(self, what: Any, change: _Change | None = None) -> tuple[Any, ...]:
