@@ -105,9 +105,11 @@ def agree(gains: np.ndarray, expected: np.ndarray) -> float:
     """Return the agreement of the runs in standard errors, from their held-out `gains` (n,) in nats.
 
     The signed root of twice a gain is normal, with the `expected` (n,) mean where the law is right. These roots are
-    regressed on it: runs in which a law does not act do not count, and a few runs are not the agreement of all.
+    regressed on it: runs in which a law does not act do not count, a run counts at most as much as all others together,
+    and a few runs are not the agreement of all.
     """
     roots = np.sign(gains) * np.sqrt(2 * np.abs(gains))
+    expected = np.minimum(expected, np.linalg.norm(np.sort(expected)[:-1]))
     square = float(expected @ expected)
     if square <= 0:
         return 0.0

@@ -22,6 +22,9 @@ from slipstick.errors import InvalidValue
 
 _BUILDS, _STEPS, _TRIALS = 10, 10, 4
 """Most times that columns are computed, most steps with the same ones, and most trials of a step, each half as long."""
+_PATIENCE = 3
+"""Builds without more evidence after which a fit ends: where a state meets a surface, derivatives jump with the
+instants of a grid, and steps go to and fro about a solution."""
 _SHRUNK = 0.5
 """Share of what the step before has promised above which columns are computed anew."""
 HOPED = 3.0
@@ -40,8 +43,8 @@ class Fit:
     """A machine's parts with `laws` at a `state`: the linear `models` of the parts, the mixed model, and its evidence.
 
     `evidence` is the log marginal likelihood in nats, up to a constant of data and noise. `turn` maps the coefficients
-    of the mixed model to raw ones. `promised` are the nats that another step promises; `converged` tells that these are
-    few enough.
+    of the mixed model to raw ones. `promised` are the nats that another step promises, less than 0 where the state is
+    beyond the reach of the prior; `converged` tells that these are few enough.
     """
 
     recorded: Recorded
@@ -133,6 +136,7 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
     state = replace(state, laws={pair: state.laws.get(pair, np.zeros(law.count)) for pair, law in laws.items()})
     best: Fit | None = None
     last: Fit | None = None
+    worse = 0
     for _ in range(_BUILDS):
         models = {part.name: fit_part(recorded, part, state, laws) for part in recorded.parts}
         solved = _solve(recorded, models, laws, priors, variance, state)
@@ -141,10 +145,13 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
         evidence = restricted_likelihood(solved.fitted.gram, solved.fitted.variance) - solved.promised
         released = {name: model.release() for name, model in models.items()}
         current = Fit(recorded, dict(laws), solved.priors, solved.state, released, solved.products, solved.fitted,
-                      solved.turn, evidence, solved.promised, solved.promised < settled)
+                      solved.turn, evidence, solved.promised, abs(solved.promised) < settled)
+        if current.converged:  # at the fixed point, and not where steps to it happened to pass
+            return current
+        worse += 1
         if best is None or current.evidence > best.evidence:
-            best = current
-        if current.converged or evidence + HOPED * current.promised < needed:
+            best, worse = current, 0
+        if worse == _PATIENCE or evidence + HOPED * current.promised < needed:
             return best
         if last is not None and current.promised >= last.promised and current.evidence <= last.evidence:
             state = _halfway(last.state, state)

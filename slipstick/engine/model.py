@@ -7,7 +7,7 @@ such as those of laws over what is constant in a run, are one whitened row and t
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from slipstick.engine.recordings import Pair, Part, Recorded, Term, clock_of, po
 from slipstick.engine.trajectory import Trajectory, solve
 from slipstick.engine.whitening import CarriedNoise, Whitening
 from slipstick.machine.declaration import SENSOR, Namespace, identifier_of
+from slipstick.numerics.threads import mapped
 
 _LATER = 0.01
 """Step of the derivative with the clock, in samples."""
@@ -193,13 +194,11 @@ def build_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair,
     terms = [term for term in (*recorded.random, *recorded.shared) if touches(term, part)]
     keys = tuple(dict.fromkeys([key_of_term(term) for term in terms]
                                + [key_of_law(law, part) for law in model.laws.values() if is_between(law)]))
-    columns = [_row(model, key, recorded) for key in keys]
-    places, first = dict[Pair, slice](), len(keys)
-    for pair, law in model.laws.items():
-        if not is_between(law):
-            columns.append(model.law_columns(law))
-            places[pair] = slice(first, first + law.count)
-            first += law.count
+    within = {pair: law for pair, law in model.laws.items() if not is_between(law)}
+    ends = len(keys) + np.cumsum([0, *(law.count for law in within.values())])
+    places = {pair: slice(first, last) for pair, first, last in zip(within, ends[:-1], ends[1:], strict=True)}
+    columns = mapped(lambda respond: respond(), [*(partial(_row, model, key, recorded) for key in keys),
+                                                 *(partial(model.law_columns, law) for law in within.values())])
     rows = model.white(np.concatenate([*columns, model.residual[:, None]], axis=1))
     return replace(model, keys=keys, places=places, rows=rows, gram=rows @ rows.transpose(0, 2, 1))
 

@@ -181,8 +181,10 @@ def _predict(recorded: Recorded, part: Part, laws: Mapping[Pair, Candidate], sta
 def _multiply(recorded: Recorded, part: Part, laws: Mapping[Pair, Candidate], built: State,
               candidates: Sequence[Candidate]) -> list[tuple[np.ndarray, np.ndarray]]:
     model = build_part(recorded, part, built, laws)
-    rows, products = model.rows.transpose(0, 2, 1), list[tuple[np.ndarray, np.ndarray]]()
-    for candidate in candidates:
+    rows = model.rows.transpose(0, 2, 1)
+
+    def multiply(candidate: Candidate) -> tuple[np.ndarray, np.ndarray]:
         white = model.white(model.law_columns(candidate))
-        products.append((white @ rows, white @ white.transpose(0, 2, 1)))
-    return products
+        return white @ rows, white @ white.transpose(0, 2, 1)
+
+    return mapped(multiply, candidates)

@@ -30,11 +30,13 @@ def test_nothing_is_named_where_nothing_is_missing() -> None:
     assert not answer.unexplained
 
 
-def test_an_error_of_the_input_over_the_output_is_a_law_over_what_is_measured_of_it() -> None:
-    """Over a monotonic output, it says the same as a law over the input."""
+def test_an_error_of_the_input_over_its_signal_and_a_law_over_the_output_say_the_same() -> None:
+    """The output is a monotonic function of the input."""
     answer = identify(prepare(declare(), record(1.0)))
-    assert answer.findings[0].pair == ("read sensor", "given")
-    assert ("excess", "given") in answer.findings[0].rivals
+    finding, = answer.findings
+    assert finding.pair == ("read sensor", "gain")
+    assert finding.rivals == (("excess", "given"),)
+    assert not answer.unexplained
 
 
 def test_a_law_over_the_input_is_named_where_others_are_excluded() -> None:

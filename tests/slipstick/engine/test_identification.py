@@ -148,7 +148,8 @@ def test_held_out_densities_are_those_of_fits_without_the_run(leaking: Identific
 @pytest.mark.parametrize(("gains", "expected", "agrees"), [
     (np.full(40, 2.0), np.full(40, 2.0), True), (np.r_[1000.0, np.full(39, -0.1)], np.full(40, 2.0), False),
     (np.r_[np.full(4, 8.0), np.zeros(36)], np.r_[np.full(4, 4.0), np.full(36, 0.01)], True),
-    (np.r_[-8.0, 8.0, -8.0, 8.0, np.zeros(36)], np.r_[np.full(4, 4.0), np.full(36, 0.01)], False)])
+    (np.r_[-8.0, 8.0, -8.0, 8.0, np.zeros(36)], np.r_[np.full(4, 4.0), np.full(36, 0.01)], False),
+    (np.r_[160.0, np.full(39, 200.0)], np.r_[3400.0, np.full(39, 40.0)], True)])
 def test_runs_agree_where_the_law_acts(gains: np.ndarray, expected: np.ndarray, agrees: bool) -> None:
     noisy = gains + 0.2 * np.random.default_rng(1).standard_normal(len(gains))
     assert (agree(noisy, expected) > EngineSettings().errors) == agrees
