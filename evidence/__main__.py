@@ -4,13 +4,11 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one core for each case; before numpy is imported
 
 from evidence import regression
-from evidence.engine_method import answers_for, restrict
 from evidence.kept import read_count
 from evidence.methods import METHODS
 from evidence.picture import draw_rates
@@ -75,11 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if chosen.method != DEFAULT:
         kept = read_entries(DEFAULT)
         before = [kept[case] for case in cases if case in kept]
-        words = "the cases that both have answered"
-        if chosen.method == "engine":
-            before = [replace(entry, answer=restrict(entry.answer)) for entry in before if answers_for(entry.truth)]
-            words += ", in the blocks of the engine"
-        print(f"\nBeside {DEFAULT}, on {words}:")
+        print(f"\nBeside {DEFAULT}, on the cases that both have answered:")
         print(print_comparison(compare_methods(before, entries)))
     return 0
 

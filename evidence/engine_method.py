@@ -1,11 +1,9 @@
-"""The engine as a method: other machines, and the clutch's blocks that are declared, without its closing piston."""
+"""The engine as a method: of other machines, and of the clutch as a declared machine."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
-from evidence.answer import Answer, LawOfPair, NamedPair, Pair, block_of
-from evidence.generator.truth import Truth
+from evidence.answer import Answer, LawOfPair, NamedPair, Pair
 from slipstick.bench import Bench
 from slipstick.clutch.declared import declare, runs_of, values_of
 from slipstick.engine.measured_law import Law, measure
@@ -18,14 +16,12 @@ from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
 from slipstick.recordings import Recordings
 
-BLOCKS = "valve", "load", "lock", "input"
-"""The clutch's blocks that the engine answers for."""
 MACHINES = Path(__file__).parents[1] / "tables" / "machines"
 _FLAT = "nothing", "constant", "line"
 
 
 def answer_by_engine(case: str, described: Path, recorded: Path, settings: EngineSettings | None = None) -> Answer:
-    """Name what is missing: of another machine in all of it, of a clutch in the blocks that are declared."""
+    """Name what is missing in another machine, or in a clutch."""
     prepared = prepare_machine(described, recorded) if described.name == "machine.json" else _prepare_clutch(
         described, recorded)
     answer = identify(prepared, settings)
@@ -35,23 +31,6 @@ def answer_by_engine(case: str, described: Path, recorded: Path, settings: Engin
                  if finding.pair in fit.laws)
     return Answer(case, findings, answer.unexplained, set_aside=answer.set_aside,
                   laws=tuple(law for law in laws if law is not None), seconds=round(answer.seconds, 1))
-
-
-def answers_for(truth: Truth) -> bool:
-    """Return whether the engine answers for all that is hidden in a case, so that it can be compared with naming."""
-    return all(_is_declared(hidden.pair) for hidden in truth.hidden)
-
-
-def restrict(answer: Answer) -> Answer:
-    """Return what an answer says of the blocks that the engine answers for."""
-    findings = tuple(each for each in answer.findings if _is_declared(each.pair))
-    return replace(answer, findings=findings, explanations=(),
-                   unexplained=tuple(block for block in answer.unexplained if block in BLOCKS))
-
-
-def _is_declared(pair: Pair) -> bool:
-    """Return whether the quantity of a pair acts in the blocks that are declared."""
-    return block_of(pair) in BLOCKS or pair[0].endswith(" sensor")
 
 
 def load_machine(name: str) -> Machine:

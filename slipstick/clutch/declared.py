@@ -1,6 +1,7 @@
-"""The clutch's valve, load, lock and input shaft as blocks of a declared machine, and recordings as its runs.
+"""The clutch as a declared machine, and recordings as its runs: valve, load, lock, input shaft, and slipping plates.
 
-The closing piston and full contact are not among them. Equations: eqs. 1, 3 and 4, each block cut at measured signals.
+Equations: eqs. 1 to 4, each block cut at measured signals. That of the plates is one of the closing piston and of full
+contact.
 """
 
 from collections.abc import Mapping
@@ -35,6 +36,8 @@ _TYPICAL = 0.1
 """Share of the largest friction torque that is the size of a torque that a law adds."""
 _SHORTEST = 0.1
 """Least factor by which a law may change the delay of the valve."""
+_CHAMBER, _CLOSED = 0.5, 1e-9
+"""Size of a pressure in bar that a law adds in the chamber, and least clearance in m that shears a film."""
 _TWIST, _ORDER, _WINDOW = 1e-3, 4, 0.8
 """Size of a compliance in rad/(N m), and order and length, in time constants of the valve, of the polynomials whose
 derivative is that of the torque."""
@@ -46,7 +49,8 @@ def declare(bench: Bench) -> Machine:
                Sensor("input speed", "rad/s", without=("slip", "output speed")),
                Sensor("output speed", "rad/s", without=("slip", "input speed")))
     return Machine(
-        "clutch", (_declare_valve(bench), _declare_load(bench), _declare_lock(bench), _declare_input(bench)), sensors,
+        "clutch", (_declare_valve(bench), _declare_load(bench), _declare_lock(bench), _declare_input(bench),
+                   _declare_plates(bench)), sensors,
         commands=(Command("current", "A"),),
         conditions=(Condition("motor speed", "rad/s", drifts=True), Condition("load inertia", "kg m^2"),
                     Condition("brake torque", "N m", drifts=True)),
@@ -167,6 +171,69 @@ def _declare_input(bench: Bench) -> Block:
         return u.first_input_speed * (1 + p.start) * p.motor_speed / u.stated_motor_speed
 
     return shaft
+
+
+def _declare_plates(bench: Bench) -> Block:
+    gear, stroke, length = (_value(bench, name) for name in ("gear_ratio", "contact_position", "contact_length"))
+    pressing, jump, inertia = (_value(bench, name) for name in ("piston_pressure", "piston_pressure_rate",
+                                                                "piston_inertia"))
+    of_runs = "run order", "motor speed"
+    friction = Quantity("friction coefficient", relative=True, over=("slip", "pressure", "past pressure", "heat",
+                                                                    "time in contact", "current", *of_runs))
+    film = Quantity("film torque", relative=True, over=("slip", *of_runs))
+    clearance = Quantity("clearance", "m", size=stroke, over=("pressure", *of_runs))
+    chamber = Quantity("chamber pressure", "bar", size=_CHAMBER, over=("pressure", "input speed", *of_runs))
+    gain = Quantity("piston gain", relative=True, over=of_runs)
+    rate = Quantity("piston rate", "m/s", size=bench.scales.piston_rate,
+                    over=("pressure", "piston position", "piston rate"))
+    plates = Block("clutch", gives="output torque", reads=("pressure", "input speed", "output speed"),
+                   states=("piston drive", "heat", "time in contact"),
+                   parameters=(Parameter("friction_coefficient", "N m/Pa", scatter=0.1),
+                               Parameter("pressure_bias", "bar", scatter=0.2),
+                               Parameter("initial_position", "m", scatter=0.4),
+                               Parameter("temperature_gain", scatter=0.3),
+                               Parameter("piston_return", "1/s", scatter=0.05, within=_KNOWN),
+                               Parameter("film_coefficient", "N m^2 s", scatter=0.05, within=_KNOWN),
+                               Parameter("ramp_share", scatter=0.05, within=_KNOWN)),
+                   quantities=(friction, film, clearance, chamber, gain, rate),
+                   derived={"piston position": lambda x, u, p: (x.piston_drive + jump * u.pressure) / inertia,
+                            "piston rate": lambda x, u, p: drive(x, u.pressure, p) / inertia},
+                   window=lambda u: u.slipping)
+
+    def drive(x: Any, pressure: Any, p: Any) -> Any:
+        """Return the rate of the piston's drive, by which the derivative of the pressure does not appear."""
+        return pressing * (pressure - p.pressure_bias) - p.piston_return * (x.piston_drive + jump * pressure) / inertia
+
+    def press(x: Any, u: Any, q: Any, p: Any) -> tuple[Any, Any, Any]:
+        """Return the ramp of the contact, the shearing of the film over its torque, and the friction torque in N m."""
+        pressure = u.pressure + q.chamber_pressure
+        reached = p.temperature_gain * (1 + q.piston_gain) * (x.piston_drive + jump * pressure) / inertia
+        gap, width = np.maximum(stroke - np.maximum(reached, 0) + q.clearance, 0), p.ramp_share * stroke
+        s = np.minimum(np.maximum(1 - gap / width, 0), 1)
+        per_gap = np.where(s > 0, (1 - s) * (1 + 2 * s) / width, 1 / np.maximum(gap, _CLOSED))
+        contact = np.maximum((stroke - gap) / (stroke - length), 0) * 1e5 * np.maximum(pressure, 0)
+        ramp = s * s * (3 - 2 * s)
+        return ramp, per_gap, ramp * p.friction_coefficient * (1 + q.friction_coefficient) * contact
+
+    def slip(u: Any) -> Any:
+        return np.maximum(u.input_speed / gear - u.output_speed, 0)
+
+    @plates.rate
+    def _(x: Any, u: Any, q: Any, p: Any) -> Any:
+        ramp, _, torque = press(x, u, q, p)
+        return (drive(x, u.pressure + q.chamber_pressure, p) + inertia * q.piston_rate, 1e-3 * torque * gear * slip(u),
+                ramp)
+
+    @plates.start
+    def _(u: Any, q: Any, p: Any) -> Any:
+        return inertia * p.initial_position - jump * (u.pressure + q.chamber_pressure), 0 * u.pressure, 0 * u.pressure
+
+    @plates.output
+    def _(x: Any, u: Any, q: Any, p: Any) -> Any:
+        _, per_gap, torque = press(x, u, q, p)
+        return gear * (p.film_coefficient * (1 + q.film_torque) * per_gap * slip(u) + torque)
+
+    return plates
 
 
 def _converter_torque(converter: Converter, speed: Any, motor: Any) -> Any:

@@ -6,15 +6,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from slipstick.engine.approach import approach
 from slipstick.engine.disturbances import estimate_disturbances
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, screen
-from slipstick.engine.fit import HOPED, SETTLED, Fit, fit, join, join_recorded
+from slipstick.engine.fit import HOPED, SETTLED, Fit, begin, fit, join, join_recorded
 from slipstick.engine.laws import CONSTANT, FINER, Candidate, list_candidates, list_curves
 from slipstick.engine.model import State, nominal_own_values
 from slipstick.engine.noise import Noise, bound_noise, draw_noise, estimate_loudness, estimate_residual_noise
 from slipstick.engine.priors import Prior
-from slipstick.engine.recordings import Pair, Part, Recorded, explain
+from slipstick.engine.recordings import Pair, Part, Recorded, explain, refine
 from slipstick.engine.settings import EngineSettings
+from slipstick.errors import InvalidValue
 from slipstick.machine.declaration import identifier_of
 from slipstick.numerics.threads import in_one_blas_thread
 
@@ -190,11 +192,16 @@ class _Search:
             laws = {pair: law for pair, law in better.laws.items() if pair != finding.pair}
             rest = fit(better.recorded, laws, {pair: better.priors[pair] for pair in laws}, better.state,
                        better.fitted.variance, needed=better.evidence - self.settings.nats)
-            errors = agree(hold_out(better.fitted) - hold_out(rest.fitted), expect(better, better.laws[finding.pair]))
-            if better.evidence - rest.evidence < self.settings.nats or errors < self.settings.errors:
-                self.findings.remove(finding)
-                better = rest
+            if self._is_redundant(better, rest, finding.pair):
+                rest = rest.beside({}, {})  # which may have ended early, and is what others are compared with from now
+                if self._is_redundant(better, rest, finding.pair):
+                    self.findings.remove(finding)
+                    better = rest
         return better
+
+    def _is_redundant(self, better: Fit, rest: Fit, pair: Pair) -> bool:
+        errors = agree(hold_out(better.fitted) - hold_out(rest.fitted), expect(better, better.laws[pair]))
+        return better.evidence - rest.evidence < self.settings.nats or errors < self.settings.errors
 
     def _list(self) -> list[Candidate]:
         """Return all candidates over signals and own variables as the fits explain them."""
@@ -268,8 +275,12 @@ def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:
 
     They have the noise of sensors that their residuals show.
     """
-    fits = [temper(fit_bare(group), settings) for group in recorded.groups()]
-    fits = [each.restart() if any(part.temper > 1 for part in each.recorded.parts) else each for each in fits]
+    fits, told = list[Fit](), dict[str, np.ndarray]()
+    for group in recorded.groups():
+        fits.append(temper(fit_bare(explain(group, told)), settings))
+        if any(part.temper > 1 for part in fits[-1].recorded.parts) or len(_find_bad(fits[-1:], settings)):
+            fits[-1] = temper(_begin_apart(fits[-1]), settings)
+        told |= _explain_signals(fits[-1], settings)
     most = int(settings.most_outlying * len(recorded))
     for number in range(1 + _RENEWED):
         if number:  # bad runs have a share in the noise that the signals show
@@ -278,6 +289,16 @@ def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:
             kept = np.delete(np.arange(len(fits[0].recorded)), bad)
             fits = [fit(*_taken(each, kept)) for each in fits]
     return fits
+
+
+def _begin_apart(fitted: Fit) -> Fit:
+    """Return the better one of a fit and of one that begins at parameters of each run by itself."""
+    state = approach(fitted.recorded, begin(fitted.recorded))
+    try:
+        anew = fit(fitted.recorded, fitted.laws, fitted.priors, state, state.points.var(axis=0))
+    except InvalidValue:  # no finite solution there
+        return fitted
+    return max(fitted, anew, key=lambda each: each.evidence)
 
 
 def temper(fitted: Fit, settings: EngineSettings) -> Fit:
@@ -315,9 +336,7 @@ def _renew(fits: Sequence[Fit], shown: Sequence[Fit], settings: EngineSettings) 
 
     A fit that is not shown itself, and reads nothing of these signals, keeps its state.
     """
-    explained = {signal: read[:, place] for each in shown for part in each.recorded.parts
-                 if part.block.states and not _is_unexplained(each.chi_square[part.name], settings)
-                 for read in [each.models[part.name].read(1)] for place, signal in enumerate(part.signals)}
+    explained = {name: signal for each in shown for name, signal in _explain_signals(each, settings).items()}
     quiet = {each: renew_noise(each) for each in shown}
     given = {identifier_of(signal): (part.sensors[place], part.loudness[:, place])
              for each in quiet.values() for part in each.parts for place, signal in enumerate(part.signals)}
@@ -331,6 +350,22 @@ def _renew(fits: Sequence[Fit], shown: Sequence[Fit], settings: EngineSettings) 
         is_fitted = each in quiet or reads
         renewed.append(temper(each.again(recorded), settings) if is_fitted else replace(each, recorded=recorded))
     return renewed
+
+
+def _explain_signals(fitted: Fit, settings: EngineSettings) -> dict[str, np.ndarray]:
+    """Return the signals (n, K) without noise that a fit explains, and smooth ones at samples that do not count."""
+    explained = dict[str, np.ndarray]()
+    for part in fitted.recorded.parts:
+        if not part.block.states or _is_unexplained(fitted.chi_square[part.name], settings):
+            continue
+        read = fitted.models[part.name].read(1)
+        nearest = np.rint(np.arange(read.shape[2]) / part.fine).astype(int)
+        for place, signal in enumerate(part.signals):
+            smooth = fitted.recorded.signals[signal]
+            fine = (smooth.shape[1] - 1) // (part.measured.shape[2] - 1)
+            explained[signal] = np.where(part.counted[:, place][:, nearest], read[:, place],
+                                         refine(smooth[:, ::fine], part.fine))
+    return explained
 
 
 def _hear(part: Part, given: Mapping[str, tuple[Noise, np.ndarray]]) -> Part:

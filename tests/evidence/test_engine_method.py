@@ -5,10 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from evidence.answer import Answer, NamedPair
-from evidence.engine_method import answer_by_engine, answers_for, load_machine, restrict
+from evidence.answer import NamedPair
+from evidence.engine_method import answer_by_engine, load_machine
 from evidence.generator.machines.pairs import PAIRS
-from evidence.generator.truth import Truth
 from evidence.judge import accept, judge
 from evidence.rates import Entry, rate
 from evidence.runner import CaseFiles, answer_case, write_case
@@ -62,20 +61,6 @@ def test_declared_machines_have_the_quantities_of_all_hidden_effects() -> None:
     for name, pairs in PAIRS.items():
         known = {quantity.name for quantity in load_machine(name).quantities}
         assert {quantity for quantity, _ in pairs} <= known
-
-
-def test_only_what_is_in_the_declared_blocks_is_compared(leak: Entry) -> None:
-    hidden = leak.truth.hidden[0]
-
-    def truth(*pairs: tuple[str, str]) -> Truth:
-        return replace(leak.truth, hidden=tuple(replace(hidden, pair=pair) for pair in pairs))
-
-    assert answers_for(truth(("valve current", "current"), ("output torque sensor", "lag")))
-    assert not answers_for(truth(("valve current", "current"), ("friction coefficient", "slip")))
-    assert answers_for(truth())
-    said = Answer("", (NamedPair(("friction coefficient", "slip")), NamedPair(("load torque", "time"))),
-                  unexplained=("clutch", "load"))
-    assert restrict(said) == replace(said, findings=said.findings[1:], unexplained=("load",))
 
 
 def test_an_answer_is_an_error_where_files_are_missing(work: Path) -> None:

@@ -1,0 +1,84 @@
+"""Where a fit begins again: at parameters of each run by itself, by steps that are damped in each run apart.
+
+Steps of all runs together go too far in some of them, which then end at another optimum: a clutch that closes, or a
+motor that stops, responds suddenly. The damping of a run follows its own gains (Levenberg, Quart. Appl. Math. 2, 164,
+1944; Marquardt, J. SIAM 11, 431, 1963). Runs that are left behind begin again at the parameters of the others.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from slipstick.engine.model import State
+from slipstick.engine.part_fit import PartFit, fit_part
+from slipstick.engine.products import assemble
+from slipstick.engine.recordings import Recorded
+
+_STEPS, _TRIALS, _AGAIN = 10, 4, 2
+"""Most steps, most trials of each, and times that the worse half of the runs begins again at the others' median."""
+_DAMPED, _LESS, _MORE = 1e-2, 0.2, 10.0
+"""Damping to begin with, over the information on a parameter, and its factors after a gain and after a loss."""
+_GAINED = 2.0
+"""Mean gain of a run in squares below which steps end: the fit of all runs together goes on from there."""
+
+
+def approach(recorded: Recorded, state: State) -> State:
+    """Return a state at which each run by itself is likely, from a state on, without laws.
+
+    The prior of a parameter is its largest scatter about the nominal value.
+    """
+    state, left = _descend(recorded, state)
+    for _ in range(_AGAIN):
+        worse = left > np.median(left)
+        if not worse.any():
+            break
+        others = np.tile(np.median(state.points[~worse], axis=0), (worse.sum(), 1))
+        again, reached = _descend(recorded.take(np.flatnonzero(worse)), replace(state, points=others))
+        is_better = reached < left[worse]
+        points = state.points.copy()
+        points[worse] = np.where(is_better[:, None], again.points, points[worse])
+        left[worse] = np.where(is_better, reached, left[worse])
+        state = replace(state, points=points)
+    return replace(state, means=state.points.mean(axis=0))
+
+
+def _descend(recorded: Recorded, state: State) -> tuple[State, np.ndarray]:
+    """Return the state after damped steps, and the squares (n,) that it leaves, over the number of samples."""
+    n, random = len(recorded), len(recorded.random)
+    precision = np.array([1 / term.widest**2 for term in recorded.random])
+    samples = np.maximum(np.sum([part.counted.sum(axis=(1, 2)) for part in recorded.parts], axis=0), 1)
+    damping = np.full(n, _DAMPED)
+
+    def weigh(models: Mapping[str, PartFit], points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return information (n, r, r), pull (n, r) and squares (n,) of models at points (n, r)."""
+        values = assemble(recorded, models, {}, replace(state, points=points)).values
+        with np.errstate(all="ignore"):  # infinite squares of a run are no step of it
+            moved = np.concatenate([-points, np.tile(-state.shared, (n, 1)), np.ones((n, 1))], axis=1)
+            against = (values @ moved[:, :, None])[:, :, 0]
+            squares = (moved * against).sum(axis=1) + points**2 @ precision
+        is_finite = np.isfinite(values).all(axis=(1, 2)) & np.isfinite(squares)
+        information = np.where(is_finite[:, None, None], values[:, :random, :random], 0) + np.diag(precision)
+        pull = np.where(is_finite[:, None], against[:, :random] - precision * points, 0)
+        return information, pull, np.where(is_finite, squares, np.inf)
+
+    for _ in range(_STEPS):
+        models = {part.name: fit_part(recorded, part, state, {}) for part in recorded.parts}
+        information, pull, before = weigh(models, state.points)
+        after = before
+        for _ in range(_TRIALS):
+            waiting = after == before  # runs that have made no step yet
+            damped = information * (1 + damping[:, None, None] * np.eye(random))
+            there = np.where(waiting[:, None], state.points + np.linalg.solve(damped, pull[:, :, None])[:, :, 0],
+                             state.points)
+            _, _, reached = weigh({name: model.move(replace(state, points=there)) for name, model in models.items()},
+                                  there)
+            gains = waiting & (reached < before)
+            state = replace(state, points=np.where(gains[:, None], there, state.points))
+            after = np.where(gains, reached, after)
+            damping = np.where(gains, _LESS * damping, np.where(waiting, _MORE * damping, damping))
+            if gains.sum() * 2 >= waiting.sum():
+                break
+        if np.mean(np.where(np.isfinite(before), before - after, 0)) < _GAINED:
+            break
+    return state, after / samples
