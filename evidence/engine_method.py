@@ -18,6 +18,8 @@ from slipstick.recordings import Recordings
 
 MACHINES = Path(__file__).parents[1] / "tables" / "machines"
 _FLAT = "nothing", "constant", "line"
+_WORDS = {("stick torque", "offset"): "twist", ("piston rate", "piston rate"): "direction"}
+"""What the cases call a dependence of the declared clutch: friction of the piston adds to its rate by its sign."""
 
 
 def answer_by_engine(case: str, described: Path, recorded: Path, settings: EngineSettings | None = None) -> Answer:
@@ -54,7 +56,7 @@ def _prepare_clutch(described: Path, recorded: Path) -> Recorded:
 def translate(pair: Pair) -> Pair:
     """Return a pair of the engine in the words of the cases."""
     quantity, on = pair
-    return quantity, "twist" if quantity == "stick torque" else "position" if on == "angle" else on
+    return quantity, _WORDS.get(pair, "position" if on == "angle" else on)
 
 
 def _state_law(law: Law) -> LawOfPair | None:
