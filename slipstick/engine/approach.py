@@ -54,9 +54,9 @@ def _descend(recorded: Recorded, state: State) -> tuple[State, np.ndarray]:
         """Return information (n, r, r), pull (n, r) and squares (n,) of models at points (n, r)."""
         values = assemble(recorded, models, {}, replace(state, points=points)).values
         with np.errstate(all="ignore"):  # infinite squares of a run are no step of it
-            moved = np.concatenate([-points, np.tile(-state.shared, (n, 1)), np.ones((n, 1))], axis=1)
-            against = (values @ moved[:, :, None])[:, :, 0]
-            squares = (moved * against).sum(axis=1) + points**2 @ precision
+            left = np.concatenate([-points, np.tile(-state.shared, (n, 1)), np.ones((n, 1))], axis=1)
+            against = (values @ left[:, :, None])[:, :, 0]
+            squares = (left * against).sum(axis=1) + points**2 @ precision
         is_finite = np.isfinite(values).all(axis=(1, 2)) & np.isfinite(squares)
         information = np.where(is_finite[:, None, None], values[:, :random, :random], 0) + np.diag(precision)
         pull = np.where(is_finite[:, None], against[:, :random] - precision * points, 0)
@@ -71,8 +71,8 @@ def _descend(recorded: Recorded, state: State) -> tuple[State, np.ndarray]:
             damped = information * (1 + damping[:, None, None] * np.eye(random))
             there = np.where(waiting[:, None], state.points + np.linalg.solve(damped, pull[:, :, None])[:, :, 0],
                              state.points)
-            _, _, reached = weigh({name: model.move(replace(state, points=there)) for name, model in models.items()},
-                                  there)
+            moved = {name: model.move(replace(state, points=there)) for name, model in models.items()}
+            _, _, reached = weigh(moved, there)
             gains = waiting & (reached < before)
             state = replace(state, points=np.where(gains[:, None], there, state.points))
             after = np.where(gains, reached, after)

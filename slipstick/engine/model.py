@@ -8,6 +8,7 @@ such as those of laws over what is constant in a run, are one whitened row and t
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from operator import call
 from typing import Any
 
 import numpy as np
@@ -197,8 +198,8 @@ def build_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair,
     within = {pair: law for pair, law in model.laws.items() if not is_between(law)}
     ends = len(keys) + np.cumsum([0, *(law.count for law in within.values())])
     places = {pair: slice(first, last) for pair, first, last in zip(within, ends[:-1], ends[1:], strict=True)}
-    columns = mapped(lambda respond: respond(), [*(partial(_row, model, key, recorded) for key in keys),
-                                                 *(partial(model.law_columns, law) for law in within.values())])
+    columns = mapped(call, [*(partial(_row, model, key, recorded) for key in keys),
+                            *(partial(model.law_columns, law) for law in within.values())])
     rows = model.white(np.concatenate([*columns, model.residual[:, None]], axis=1))
     return replace(model, keys=keys, places=places, rows=rows, gram=rows @ rows.transpose(0, 2, 1))
 
