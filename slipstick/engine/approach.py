@@ -1,7 +1,7 @@
 """Where a fit begins again: at parameters of each run by itself, by steps that are damped in each run apart.
 
-Steps of all runs together go too far in some of them, which then end at another optimum: a clutch that closes, or a
-motor that stops, responds suddenly. The damping of a run follows its own gains (Levenberg, Quart. Appl. Math. 2, 164,
+Steps of all runs together go too far in some of them, which then end at another optimum: a body that meets another one,
+or comes to rest, responds suddenly. The damping of a run follows its own gains (Levenberg, Quart. Appl. Math. 2, 164,
 1944; Marquardt, J. SIAM 11, 431, 1963). Runs that are left behind begin again at the parameters of the others.
 """
 
