@@ -124,12 +124,12 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
         variance: np.ndarray | None = None, settled: float = 0.0, needed: float = -np.inf) -> Fit:
     """Fit the parts with laws from a state on, where laws that it lacks are 0; some priors are kept.
 
-    The fit ends where a step promises less than `settled` nats, of which SETTLED are the least, or where it will stay
-    short of the evidence that is `needed`. Columns are kept over the steps as long as each promises much less than the
-    one before (a chord method: Kelley, Iterative Methods for Linear and Nonlinear Equations, 1995, section 5.4.1), and
-    are those of the state where it ends. With the columns, the noise that a model carries changes as well, so that the
-    solution is the fixed point of these steps: where they lead away from it, or past it and back, half of the way is
-    gone (under-relaxation).
+    The fit ends where a step promises less than `settled` nats, of which SETTLED are the least, where it gains nothing
+    any more, or where it will stay short of the evidence that is `needed`. Columns are kept over the steps as long as
+    each promises much less than the one before (a chord method: Kelley, Iterative Methods for Linear and Nonlinear
+    Equations, 1995, section 5.4.1), and are those of the state where it ends. With the columns, the noise that a model
+    carries changes as well, so that the solution is the fixed point of these steps: where they lead away from it, or
+    past it and back, half of the way is gone (under-relaxation).
     """
     state, settled = state or begin(recorded), max(settled, SETTLED)
     variance = np.full(len(recorded.random), _FIRST) if variance is None else np.maximum(variance, _FIRST * 1e-4)
