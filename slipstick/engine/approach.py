@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from slipstick.engine.fit import begin
 from slipstick.engine.model import State
 from slipstick.engine.part_fit import PartFit, fit_part
 from slipstick.engine.products import assemble
@@ -23,12 +24,12 @@ _GAINED = 2.0
 """Mean gain of a run in squares below which steps end: the fit of all runs together goes on from there."""
 
 
-def approach(recorded: Recorded, state: State) -> State:
-    """Return a state at which each run by itself is likely, from a state on, without laws.
+def approach(recorded: Recorded) -> State:
+    """Return a state without laws at which each run by itself is likely.
 
     The prior of a parameter is its largest scatter about the nominal value.
     """
-    state, left = _descend(recorded, state)
+    state, left = _descend(recorded, begin(recorded))
     for _ in range(_AGAIN):
         worse = left > np.median(left)
         if not worse.any():

@@ -100,15 +100,16 @@ class Fit:
         return fit(self.recorded, {**self.laws, **laws}, {**self.priors, **priors}, state or self.state,
                    self.fitted.variance, settled, needed)
 
-    def restart(self) -> "Fit":
-        """Return the better one of this fit and of one in which all runs begin with the means of their parameters.
+    def restart(self, state: State | None = None, variance: np.ndarray | None = None) -> "Fit":
+        """Return the better one of this fit and of one from another state: that of all runs at the means of their
+        parameters, if no other one is given.
 
         Where something was missing, those of some runs may have been driven to another optimum, and the scatter with
         them.
         """
-        state = replace(self.state, points=np.tile(self.state.means, (len(self.state.points), 1)))
+        state = state or replace(self.state, points=np.tile(self.state.means, (len(self.state.points), 1)))
         try:
-            anew = fit(self.recorded, self.laws, self.priors, state)
+            anew = fit(self.recorded, self.laws, self.priors, state, variance)
         except InvalidValue:  # no finite solution there
             return self
         return max(self, anew, key=lambda each: each.evidence)

@@ -9,14 +9,13 @@ import numpy as np
 from slipstick.engine.approach import approach
 from slipstick.engine.disturbances import estimate_disturbances
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, screen
-from slipstick.engine.fit import HOPED, SETTLED, Fit, begin, fit, join, join_recorded
+from slipstick.engine.fit import HOPED, SETTLED, Fit, fit, join, join_recorded
 from slipstick.engine.laws import CONSTANT, FINER, Candidate, list_candidates, list_curves
 from slipstick.engine.model import State, nominal_own_values
 from slipstick.engine.noise import Noise, bound_noise, draw_noise, estimate_loudness, estimate_residual_noise
 from slipstick.engine.priors import Prior
 from slipstick.engine.recordings import Pair, Part, Recorded, explain, refine
 from slipstick.engine.settings import EngineSettings
-from slipstick.errors import InvalidValue
 from slipstick.machine.declaration import identifier_of
 from slipstick.numerics.threads import in_one_blas_thread
 
@@ -275,12 +274,14 @@ def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:
 
     They have the noise of sensors that their residuals show.
     """
-    fits, told = list[Fit](), dict[str, np.ndarray]()
+    fits, explained = list[Fit](), dict[str, np.ndarray]()
     for group in recorded.groups():
-        fits.append(temper(fit_bare(explain(group, told)), settings))
-        if any(part.temper > 1 for part in fits[-1].recorded.parts) or len(_find_bad(fits[-1:], settings)):
-            fits[-1] = temper(_begin_apart(fits[-1]), settings)
-        told |= _explain_signals(fits[-1], settings)
+        fitted = temper(fit_bare(explain(group, explained)), settings)
+        if any(part.temper > 1 for part in fitted.recorded.parts) or len(_find_bad([fitted], settings)):
+            state = approach(fitted.recorded)
+            fitted = temper(fitted.restart(state, state.points.var(axis=0)), settings)
+        fits.append(fitted)
+        explained |= _explain_signals(fitted, settings)
     most = int(settings.most_outlying * len(recorded))
     for number in range(1 + _RENEWED):
         if number:  # bad runs have a share in the noise that the signals show
@@ -289,16 +290,6 @@ def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:
             kept = np.delete(np.arange(len(fits[0].recorded)), bad)
             fits = [fit(*_taken(each, kept)) for each in fits]
     return fits
-
-
-def _begin_apart(fitted: Fit) -> Fit:
-    """Return the better one of a fit and of one that begins at parameters of each run by itself."""
-    state = approach(fitted.recorded, begin(fitted.recorded))
-    try:
-        anew = fit(fitted.recorded, fitted.laws, fitted.priors, state, state.points.var(axis=0))
-    except InvalidValue:  # no finite solution there
-        return fitted
-    return max(fitted, anew, key=lambda each: each.evidence)
 
 
 def temper(fitted: Fit, settings: EngineSettings) -> Fit:
@@ -361,10 +352,10 @@ def _explain_signals(fitted: Fit, settings: EngineSettings) -> dict[str, np.ndar
         read = fitted.models[part.name].read(1)
         nearest = np.rint(np.arange(read.shape[2]) / part.fine).astype(int)
         for place, signal in enumerate(part.signals):
-            smooth = fitted.recorded.signals[signal]
-            fine = (smooth.shape[1] - 1) // (part.measured.shape[2] - 1)
-            explained[signal] = np.where(part.counted[:, place][:, nearest], read[:, place],
-                                         refine(smooth[:, ::fine], part.fine))
+            explained[signal], counted = read[:, place], part.counted[:, place]
+            if not counted.all():
+                explained[signal] = np.where(counted[:, nearest], read[:, place],
+                                             refine(fitted.recorded.signals[signal], part.fine))
     return explained
 
 

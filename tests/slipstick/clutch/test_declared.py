@@ -9,11 +9,11 @@ from slipstick.clutch.ensemble import TIGHT, signals
 from slipstick.clutch.model import Model
 from slipstick.engine.approach import approach
 from slipstick.engine.equations import Problem
-from slipstick.engine.fit import begin, fit
+from slipstick.engine.fit import fit
 from slipstick.engine.preparation import prepare
 from slipstick.engine.recordings import Recorded
 from slipstick.engine.trajectory import solve
-from slipstick.machine.declaration import Block
+from slipstick.machine.declaration import Block, identifier_of
 from slipstick.machine.system import system_of
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
@@ -46,9 +46,9 @@ def test_the_torque_of_slipping_plates_is_that_of_the_lanes(bench: Bench, factor
     values |= {name: scale * values[name] for name, scale in zip(axes, point[0], strict=True)}
     block = _plates(bench)
     inputs = {name: getattr(read, name)[0] for name in ("pressure", "input_speed", "output_speed")}
-    quantities = {quantity.name.replace(" ", "_"): 0.0 for quantity in block.quantities}
+    quantities = {identifier_of(quantity.name): 0.0 for quantity in block.quantities}
     torque = solve(Problem(system_of(block), step, inputs, quantities, values)).outputs[:, 0]
-    slip = inputs["input_speed"] / bench.physics.nominal[14] - inputs["output_speed"]
+    slip = inputs["input_speed"] / values["gear_ratio"] - inputs["output_speed"]
     slipping = slip > 0.01 * slip.max()
     assert slipping.mean() > 0.1
     lanes = read.output_torque[0]
@@ -57,7 +57,7 @@ def test_the_torque_of_slipping_plates_is_that_of_the_lanes(bench: Bench, factor
 
 def test_runs_that_steps_of_all_drive_away_are_fitted_from_where_each_is_by_itself(recorded: Recorded) -> None:
     together = fit(recorded, {}, {})
-    state = approach(recorded, begin(recorded))
+    state = approach(recorded)
     apart = fit(recorded, {}, {}, state, state.points.var(axis=0))
     assert apart.evidence > together.evidence + 1000
     before, after = (each.chi_square["clutch"].max() for each in (together, apart))
