@@ -69,6 +69,15 @@ def cut(values: Values, instants: slice) -> dict[str, Any]:
             for name, value in values.items()}
 
 
+def refine(values: np.ndarray, fine: int) -> np.ndarray:
+    """Return signals (n, k) at `fine` times as many instants, linear between samples."""
+    if fine == 1:
+        return values
+    instants = np.arange(fine * (values.shape[1] - 1) + 1) / fine
+    low = np.minimum(instants.astype(int), values.shape[1] - 2)
+    return np.asarray(values[:, low] + (instants - low) * (values[:, low + 1] - values[:, low]))
+
+
 def ends(values: Values) -> tuple[Values, Values]:
     """Return values at the begins and at the ends of all steps."""
     return cut(values, slice(None, -1)), cut(values, slice(1, None))

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from slipstick.engine.bases import late
-from slipstick.engine.equations import OwnLaw, Problem
+from slipstick.engine.equations import OwnLaw, Problem, refine
 from slipstick.engine.laws import GAIN, Candidate
-from slipstick.engine.recordings import Pair, Part, Recorded, Term, clock_of, pose_nominal, read_track, refine
+from slipstick.engine.recordings import Pair, Part, Recorded, Term, clock_of, pose_nominal, read_track
 from slipstick.engine.trajectory import Trajectory, solve
 from slipstick.engine.whitening import CarriedNoise, Whitening
 from slipstick.machine.declaration import SENSOR, Namespace, identifier_of
@@ -224,7 +224,7 @@ def predict_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pai
     trajectory = solve(_pose(recorded, part, state, laws))
     signals = trajectory.outputs
     if not part.system.states:
-        signals = np.where(part.counted, signals, np.stack([recorded.signals[name] for name in part.signals], axis=1))
+        signals = np.where(part.counted, signals, np.stack([recorded.fine(name, part) for name in part.signals], axis=1))
     clocks = tuple(_clock(recorded, clock_of(part, signal), state) for signal in part.signals)
     nothing = np.empty(0)
     model = PartModel(part, state, laws, trajectory, nothing, signals, nothing, clocks, None, (), {}, nothing, nothing)
@@ -271,7 +271,7 @@ def _pose(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Cand
     driving, inner = dict(part.inputs), list[OwnLaw]()
     for signal, name in part.read.items():  # late
         driving[name] = late(part.inputs[name], -part.fine * _clock(recorded, clock_of(part, signal), state), 1)
-    size = next(iter(part.inputs.values())).shape[1] if part.inputs else part.fine * (part.measured.shape[2] - 1) + 1
+    size = next(iter(part.inputs.values())).shape[1] if part.inputs else part.instants
     for pair, law in laws.items():
         kind, name = key_of_law(law, part)
         if kind == "sensor":

@@ -113,8 +113,8 @@ def fit_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, C
 
 
 def _list_slices(part: Part) -> list[slice]:
-    count, instants = len(part.measured), part.fine * (part.measured.shape[2] - 1) + 1
-    chunks = -(-count * instants // _TOGETHER)
+    count = len(part.measured)
+    chunks = -(-count * part.instants // _TOGETHER)
     ends = [count * chunk // chunks for chunk in range(chunks + 1)]
     return [slice(first, last) for first, last in pairwise(ends) if last > first]
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from slipstick.engine.equations import refine
 from slipstick.engine.noise import Noise, estimate_loudness, estimate_sensor_noise
 from slipstick.engine.recordings import (
     MEASURED,
@@ -15,7 +16,6 @@ from slipstick.engine.recordings import (
     clock_of,
     list_signals,
     pose_nominal,
-    refine,
     smooth_signal,
 )
 from slipstick.engine.trajectory import solve
@@ -135,7 +135,8 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
                     np.stack([loudness[name] for name in measured], axis=1) if measured else np.ones((len(runs), 0)),
                     disturbances={identifier_of(each.name): Noise(each.disturbance, _SLOW)
                                   for each in block.quantities if each.disturbance > 0})
-        return part if is_free else _draw(part, _DRAWN * runs.step, driving, beyond)
+        # A simulation of the whole machine goes on to the end, to be shown.
+        return part if is_free else _draw(part, _DRAWN * runs.step, driving, beyond).end()
 
     if not block.states:
         return at(1)

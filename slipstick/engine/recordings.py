@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 import scipy
 
-from slipstick.engine.equations import Problem
+from slipstick.engine.equations import Problem, refine
 from slipstick.engine.noise import Noise
 from slipstick.machine.declaration import Block, Machine, Namespace, identifier_of
 from slipstick.machine.runs import Runs
@@ -20,6 +20,8 @@ Pair = tuple[str, str]
 _SMOOTHING = 3.0
 """Standard deviation in samples of the kernel that smooths measured inputs, from which columns are computed: a column
 that shares noise with the residual is biased."""
+_LATEST = 4
+"""Samples behind one that counts on which it may depend: a signal is read late or early by some, between samples."""
 MEASURED = "measured: "
 """What the name of an input has before that of the state that is drawn to it: no identifier has this."""
 
@@ -87,6 +89,11 @@ class Part:
         return self.block.name
 
     @property
+    def instants(self) -> int:
+        """The number K of instants: up to the last sample that counts in any run, and not to the end of recordings."""
+        return self.fine * (self.measured.shape[2] - 1) + 1
+
+    @property
     def signals(self) -> tuple[str, ...]:
         """The signals that are measured."""
         return self.system.signals
@@ -121,6 +128,16 @@ class Part:
         return replace(self, inputs=chosen(self.inputs), beyond=chosen(self.beyond), parameters=chosen(self.parameters),
                        measured=self.measured[rows], counted=self.counted[rows], loudness=self.loudness[rows],
                        input_loudness=self.input_loudness[rows])
+
+    def end(self) -> "Part":
+        """Return the part up to the last sample that counts in any run: nothing behind it is compared."""
+        samples = min(int(np.flatnonzero(self.counted.any(axis=(0, 1)))[-1]) + 1 + _LATEST, self.measured.shape[2])
+        instants = self.fine * (samples - 1) + 1
+        return replace(self, inputs={name: np.ascontiguousarray(value[:, :instants])
+                                     for name, value in self.inputs.items()},
+                       beyond={name: value[:, :samples] for name, value in self.beyond.items()},
+                       measured=np.ascontiguousarray(self.measured[:, :, :samples]),
+                       counted=np.ascontiguousarray(self.counted[:, :, :samples]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,13 +198,13 @@ class Recorded:
         """Return a signal at the instants (n, K) of a part, or constants of runs (n,); all who read it share it."""
         if identifier_of(name) in part.inputs:
             return part.inputs[identifier_of(name)]
-        values, key = self.signals[name], (name, part.fine)
+        values, key = self.signals[name], (name, part.fine, part.instants)
         if values.ndim == 2 and key not in self._refined:
-            self._refined[key] = refine(values, part.fine)
+            self._refined[key] = refine(values, part.fine)[:, :part.instants]
         return values if values.ndim == 1 else self._refined[key]
 
     @cached_property
-    def _refined(self) -> dict[tuple[str, int], np.ndarray]:
+    def _refined(self) -> dict[tuple[str, int, int], np.ndarray]:
         return {}
 
 
@@ -206,8 +223,9 @@ def explain(recorded: Recorded, explained: Mapping[str, np.ndarray]) -> Recorded
             if identifier_of(signal) in by_identifier:
                 finer = by_identifier[identifier_of(signal)]
                 more = part.fine * last // (finer.shape[1] - 1)
-                inputs[name] = refine(finer, more) if more else finer[:, ::(finer.shape[1] - 1) // (part.fine * last)]
-                beyond[name] = measured[identifier_of(signal)] - inputs[name][:, ::part.fine]
+                signal_at = refine(finer, more) if more else finer[:, ::(finer.shape[1] - 1) // (part.fine * last)]
+                inputs[name] = signal_at[:, :part.instants]
+                beyond[name] = measured[identifier_of(signal)][:, :part.measured.shape[2]] - inputs[name][:, ::part.fine]
         return replace(part, inputs=inputs, beyond=beyond)
 
     smooth = {sensor.signal: recorded.signals[sensor.signal] for sensor in recorded.machine.sensors
@@ -215,15 +233,6 @@ def explain(recorded: Recorded, explained: Mapping[str, np.ndarray]) -> Recorded
     sampled = {name: signal[:, ::(signal.shape[1] - 1) // last] for name, signal in explained.items()}
     return replace(recorded, parts=tuple(known(part) for part in recorded.parts),
                    signals=list_signals(recorded.machine, recorded.runs, {**smooth, **sampled}))
-
-
-def refine(values: np.ndarray, fine: int) -> np.ndarray:
-    """Return signals (n, k) at `fine` times as many instants, linear between samples."""
-    if fine == 1:
-        return values
-    instants = np.arange(fine * (values.shape[1] - 1) + 1) / fine
-    low = np.minimum(instants.astype(int), values.shape[1] - 2)
-    return np.asarray(values[:, low] + (instants - low) * (values[:, low + 1] - values[:, low]))
 
 
 def smooth_signal(values: np.ndarray) -> np.ndarray:

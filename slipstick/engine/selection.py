@@ -8,13 +8,14 @@ import numpy as np
 
 from slipstick.engine.approach import approach
 from slipstick.engine.disturbances import estimate_disturbances
+from slipstick.engine.equations import refine
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, screen
 from slipstick.engine.fit import HOPED, SETTLED, Fit, fit, join, join_recorded
 from slipstick.engine.laws import CONSTANT, FINER, Candidate, list_candidates, list_curves
 from slipstick.engine.model import State, nominal_own_values
 from slipstick.engine.noise import Noise, bound_noise, draw_noise, estimate_loudness, estimate_residual_noise
 from slipstick.engine.priors import Prior
-from slipstick.engine.recordings import Pair, Part, Recorded, explain, refine
+from slipstick.engine.recordings import Pair, Part, Recorded, explain
 from slipstick.engine.settings import EngineSettings
 from slipstick.machine.declaration import identifier_of
 from slipstick.numerics.threads import in_one_blas_thread
@@ -350,12 +351,13 @@ def _explain_signals(fitted: Fit, settings: EngineSettings) -> dict[str, np.ndar
         if not part.block.states or _is_unexplained(fitted.chi_square[part.name], settings):
             continue
         read = fitted.models[part.name].read(1)
-        nearest = np.rint(np.arange(read.shape[2]) / part.fine).astype(int)
+        nearest = np.rint(np.arange(part.instants) / part.fine).astype(int)
         for place, signal in enumerate(part.signals):
             explained[signal], counted = read[:, place], part.counted[:, place]
             if not counted.all():
-                explained[signal] = np.where(counted[:, nearest], read[:, place],
-                                             refine(fitted.recorded.signals[signal], part.fine))
+                smooth = refine(fitted.recorded.signals[signal], part.fine)
+                within = np.where(counted[:, nearest], read[:, place], smooth[:, :part.instants])
+                explained[signal] = np.concatenate([within, smooth[:, part.instants:]], axis=1)
     return explained
 
 

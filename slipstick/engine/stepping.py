@@ -17,7 +17,7 @@ _LANES = 256
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _evaluate(tape, first, last, R, count):  # type: ignore[no-untyped-def]
+def evaluate(tape, first, last, R, count):  # type: ignore[no-untyped-def]
     """Do the operations of a tape from the `first` up to the `last` in R (rows, lanes) for `count` lanes."""
     program, starts, knots, values, slopes = tape[0], tape[2], tape[3], tape[4], tape[5]
     for m in range(first, last):
@@ -155,7 +155,7 @@ def _fill_constants(tape, P, first, runs, together, R):  # type: ignore[no-untyp
     for row in range(len(literals)):
         for g in range(together * runs):
             R[at + row, g] = literals[row]
-    _evaluate(tape, 0 * runs, tape[1][0], R, together * runs)
+    evaluate(tape, 0 * runs, tape[1][0], R, together * runs)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -176,7 +176,7 @@ def _step(tape, R, x, begin, end, h, out, work, count):  # type: ignore[no-untyp
                     value += (0.5 if stage < 3 else 1.0) * h[g] * k[state, g]
                     value = low if value < low else value
                 R[at + state, g] = value
-        _evaluate(tape, ends[1 if stage == 2 else 0], ends[2], R, count)  # both in the middle are driven alike
+        evaluate(tape, ends[1 if stage == 2 else 0], ends[2], R, count)  # both in the middle are driven alike
         for state in range(d):
             row, weight = results[state], 2.0 if stage in (1, 2) else 1.0
             for g in range(count):
@@ -216,7 +216,7 @@ def _choose_sides(tape, R, x, u, work, count):  # type: ignore[no-untyped-def]
                 else:
                     chosen[0, g] = R[side, g]
                 R[side, g] = -1.0 if part else 1.0
-            _evaluate(tape, tape[1][0], tape[1][2], R, count)
+            evaluate(tape, tape[1][0], tape[1][2], R, count)
         for g in range(count):
             R[side, g] = chosen[0, g]
             if x[state, g] == 0:
@@ -395,7 +395,7 @@ def read_all(tape, rates, P, V, X, shift, change, out):  # type: ignore[no-untyp
             for row in range(len(u)):
                 for g in range(count):
                     R[tape[10] + row, g] = u[row, g]
-            _evaluate(tape, tape[1][0], tape[1][2], R, count)
+            evaluate(tape, tape[1][0], tape[1][2], R, count)
             for output in range(len(results)):
                 for g in range(count):
                     y[output, g] = R[results[output], g]

@@ -7,7 +7,7 @@ machine: the kernels interpret the recorded operations, each for all runs.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, Literal
 from weakref import WeakKeyDictionary
 
@@ -18,7 +18,8 @@ from slipstick.engine.equations import Equations, OwnLaw, Problem
 from slipstick.machine.declaration import Namespace
 from slipstick.machine.system import System
 
-Name = tuple[Literal["input", "quantity", "parameter"], str]
+Kind = Literal["input", "quantity", "parameter"]
+Name = tuple[Kind, str]
 """What equations read: its kind, and its identifier."""
 
 EQUATIONS: tuple[Literal["rate"], Literal["output"]] = "rate", "output"
@@ -31,6 +32,11 @@ OPERATIONS: dict[Any, int] = {function: code for code, function in enumerate((
 """The numbers of operations, by the function of numpy that does them."""
 _BESIDE = len(OPERATIONS)
 """The number of the operation that reads a table with a jump at 0 on the side of it."""
+_STEPS = {np.sign, np.floor, np.less, np.less_equal, np.equal, np.not_equal, np.logical_and, np.logical_or,
+          np.logical_not}
+_SMOOTH = [slice(0) if function in _STEPS else slice(1, 3) if function is np.where else slice(
+    getattr(function, "nin", 1)) for function in OPERATIONS] + [slice(1)]
+"""The arguments with which the result of each operation changes smoothly: none of a comparison, such as others do."""
 _SAME: dict[Any, Any] = {np.fabs: np.absolute, np.fmax: np.maximum, np.fmin: np.minimum,
                          np.bitwise_and: np.logical_and, np.bitwise_or: np.logical_or, np.invert: np.logical_not}
 """What else numpy calls an operation; logical values are numbers here."""
@@ -62,6 +68,19 @@ class Tape:
     results: np.ndarray
     rows: int
     tables: tuple[tuple[np.ndarray, np.ndarray], ...]
+
+    @cached_property
+    def paths(self) -> list[np.ndarray]:
+        """The numbers of the operations whose results change with what is read, for each of its rows."""
+        listed = list[np.ndarray]()
+        for seed in range(self.rows - len(self.literals) - len(self.program)):
+            changing, path = {seed}, list[int]()
+            for number, (code, to, *of) in enumerate(self.program.tolist()):
+                if changing.intersection(of[_SMOOTH[code]]):
+                    changing.add(to)
+                    path.append(number)
+            listed.append(np.array(path, np.int64))
+        return listed
 
 
 class _Symbol(NDArrayOperatorsMixin):
@@ -233,13 +252,13 @@ class Layout:
     driven: tuple[Name, ...]
 
     @classmethod
-    def of(cls, problem: Problem) -> "Layout":
-        """Return the layout of a problem."""
+    def of(cls, problem: Problem, is_whole: bool = False) -> "Layout":
+        """Return the layout of a problem; a whole one has rows of what is 0 as well."""
         constant, driven = list[Name](), list[Name]()
         for name, value in list_values(problem).items():
             if np.ndim(value) and np.shape(value)[-1] > 1:
                 driven.append(name)
-            elif np.ndim(value) or value != 0:
+            elif is_whole or np.ndim(value) or value != 0:
                 constant.append(name)
         return cls(tuple(constant), tuple(driven))
 
@@ -306,6 +325,14 @@ def _record(problem: Problem, layout: Layout, what: str, changed: Name | None) -
     equations, p = Equations(system, laws), Namespace(**values["parameter"])
     evaluate = equations.rates if what == "rate" else equations.read
     return recorder.finish(evaluate(x, values["input"], values["quantity"], p, sides))
+
+
+def pack(tape: Tape, problem: Problem) -> tuple[Any, ...]:
+    """Return a tape of the equations of a problem for the kernels, with the values of its laws."""
+    system, states, d = problem.system, tape.constant + tape.driven + 1, len(problem.system.states)
+    return (tape.program, tape.ends, *gather_tables(tape, problem.laws), tape.results, tape.literals,
+            np.array(system.lowest or [-np.inf] * d, float), np.array(system.switches, np.int64),
+            tape.constant, states, states + 2 * d, tape.rows)
 
 
 def gather_tables(tape: Tape, laws: Sequence[OwnLaw]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

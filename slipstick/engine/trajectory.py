@@ -5,7 +5,9 @@ A Runge-Kutta step maps the states at an instant to those at the next one, with 
     x_{j+1} = step(x_j, u_j, u_{j+1}, q_j, q_{j+1}, p)
 
 All parameters, laws and errors are changes of quantities, inputs or parameters, so that every column of a linear model
-is one linear response along the trajectory, from numerical derivatives of the step.
+is one linear response along the trajectory. The derivatives of a step are those of a step of the linearised equations,
+whose coefficients are numerical derivatives of the rates at its begin, middle and end. A state meets a surface, or its
+lowest value, anywhere within a step: where a system has these, the step itself is differentiated.
 """
 
 from dataclasses import dataclass, field, replace
@@ -17,7 +19,8 @@ from numba import njit
 
 from slipstick.engine.equations import Equations, Problem, cut, ends
 from slipstick.engine.stepping import follow, read_all, step_all
-from slipstick.engine.tape import EQUATIONS, Layout, Name, Tape, gather_tables, list_values, record_equations
+from slipstick.engine.tangents import Tangents
+from slipstick.engine.tape import EQUATIONS, Kind, Layout, Name, Tape, list_values, pack, record_equations
 from slipstick.machine.declaration import Namespace
 from slipstick.machine.system import Values
 
@@ -46,6 +49,19 @@ class _Stepper(Protocol):
         """Return the outputs (n, o, K) at states (n, d, K)."""
 
 
+class _Slopes(Protocol):
+    """Derivatives along a trajectory."""
+
+    def with_states(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the derivatives (n, K - 1, d, d) of the steps and (n, o, K, d) of the outputs with the states."""
+
+    def with_value(self, name: Name, by: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the derivatives (n, K - 1, 2, d) of the steps and (n, o, K) of the outputs with a value.
+
+        Differences are those of a change `by` so much.
+        """
+
+
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """States `x` (n, d, K) of a problem, and its `outputs` (n, o, K)."""
@@ -57,58 +73,32 @@ class Trajectory:
     _known: dict[Name, "Direction"] = field(default_factory=dict)
 
     @cached_property
+    def _slopes(self) -> _Slopes:
+        system = self.problem.system
+        is_smooth = not system.switches and not np.isfinite(system.lowest).any()
+        return Tangents(self.problem, self.x) if is_smooth and isinstance(self.stepper, _OnTape) else _Differences(self)
+
+    @cached_property
+    def _with_states(self) -> tuple[np.ndarray, np.ndarray]:
+        return self._slopes.with_states()
+
+    @property
     def A(self) -> np.ndarray:
         """Derivatives (n, K - 1, d, d) of the steps with the states."""
-        n, d, size = self.x.shape
-        A = np.empty((n, size - 1, d, d))
-        for place, shift in enumerate(self._shifts):
-            A[..., place] = self._differ(shift[place], shift)
-        return A
+        return self._with_states[0]
 
-    @cached_property
+    @property
     def C(self) -> np.ndarray:
         """Derivatives (n, o, K, d) of the outputs with the states."""
-        C = np.empty((*self.outputs.shape, self.x.shape[1]))
-        for place, shift in enumerate(self._shifts):
-            C[..., place] = (self.stepper.read(self.x, shift) - self.outputs) / shift[place]
-        return C
+        return self._with_states[1]
 
-    @cached_property
-    def _following(self) -> np.ndarray:
-        return self.stepper.step(self.x, np.zeros(self.x.shape[1]))
-
-    @cached_property
-    def _shifts(self) -> np.ndarray:
-        """Changes (d, d) of the states, each over the magnitude of a state in most runs, or 1 where it is 0."""
-        magnitude = np.median(np.where(np.isfinite(self.x), np.abs(self.x), 0.0).max(axis=2), axis=0)
-        return np.diag(DIFFERENCE * np.where(magnitude > 0, magnitude, 1.0))
-
-    def direction(self, kind: Any, name: str, size: float) -> "Direction":
+    def direction(self, kind: Kind, name: str, size: float) -> "Direction":
         """Return the derivatives with a quantity, an input or a parameter (the `kind`) of typical `size`."""
-        key = kind, name
+        key, by = (kind, name), DIFFERENCE * size
         if key not in self._known:
-            self._known[key] = self._differentiate(key, DIFFERENCE * size)
+            begin = (_start(_changed(self.problem, key, by)) - self.x[:, :, 0]) / by
+            self._known[key] = Direction(*self._slopes.with_value(key, by), begin)
         return self._known[key]
-
-    def _differentiate(self, name: Name, by: float) -> "Direction":
-        """Return the derivatives with a value; that of a parameter is the same at both ends of a step.
-
-        Those at both ends have the sum of a change that is the same at both, also where a step meets a surface: a
-        constant of a law and a parameter that say the same would differ there, and their difference be a law.
-        """
-        (n, d, size), no, both = self.x.shape, np.zeros(self.x.shape[1]), _Change(name, (by, by))
-        D = (self.stepper.read(self.x, no, both) - self.outputs) / by
-        B = np.zeros((n, size - 1, 2, d))
-        if d:
-            B[:, :, 0] = self._differ(by, no, both)
-            if name[0] != "parameter":
-                B[:, :, 1] = self._differ(by, no, _Change(name, (0.0, by)))
-                B[:, :, 0] -= B[:, :, 1]
-        return Direction(B, D, (_start(_changed(self.problem, name, by)) - self.x[:, :, 0]) / by)
-
-    def _differ(self, by: float, shift: np.ndarray, change: _Change | None = None) -> np.ndarray:
-        """Return the derivatives (n, K - 1, d) of the steps with states or with a value that changes `by` so much."""
-        return np.asarray(((self.stepper.step(self.x, shift, change) - self._following) / by).transpose(0, 2, 1))
 
     def respond(self, direction: "Direction", basis: np.ndarray) -> np.ndarray:
         """Return the changes (n, m, o, K) of the outputs with coefficients of a basis (n, m, K) of a change."""
@@ -128,6 +118,43 @@ class Direction:
     B: np.ndarray
     D: np.ndarray
     S: np.ndarray
+
+
+class _Differences:
+    """Numerical derivatives of the steps themselves, within which states meet surfaces or their lowest values."""
+
+    def __init__(self, trajectory: Trajectory) -> None:
+        self.x, self.outputs, self.stepper = trajectory.x, trajectory.outputs, trajectory.stepper
+
+    @cached_property
+    def _following(self) -> np.ndarray:
+        return self.stepper.step(self.x, np.zeros(self.x.shape[1]))
+
+    def with_states(self) -> tuple[np.ndarray, np.ndarray]:
+        (n, d, size), magnitude = self.x.shape, np.median(
+            np.where(np.isfinite(self.x), np.abs(self.x), 0.0).max(axis=2), axis=0)
+        A, C = np.empty((n, size - 1, d, d)), np.empty((*self.outputs.shape, d))
+        for place, shift in enumerate(np.diag(DIFFERENCE * np.where(magnitude > 0, magnitude, 1.0))):
+            A[..., place] = self._differ(shift[place], shift)
+            C[..., place] = (self.stepper.read(self.x, shift) - self.outputs) / shift[place]
+        return A, C
+
+    def with_value(self, name: Name, by: float) -> tuple[np.ndarray, np.ndarray]:
+        # Those at both ends have the sum of a change that is the same at both, also where a step meets a surface: a
+        # constant of a law and a parameter that say the same would differ there, and their difference be a law.
+        (n, d, size), no, both = self.x.shape, np.zeros(self.x.shape[1]), _Change(name, (by, by))
+        D = (self.stepper.read(self.x, no, both) - self.outputs) / by
+        B = np.zeros((n, size - 1, 2, d))
+        if d:
+            B[:, :, 0] = self._differ(by, no, both)
+            if name[0] != "parameter":  # which is the same at both ends
+                B[:, :, 1] = self._differ(by, no, _Change(name, (0.0, by)))
+                B[:, :, 0] -= B[:, :, 1]
+        return B, D
+
+    def _differ(self, by: float, shift: np.ndarray, change: _Change | None = None) -> np.ndarray:
+        """Return the derivatives (n, K - 1, d) of the steps with states or with a value that changes `by` so much."""
+        return np.asarray(((self.stepper.step(self.x, shift, change) - self._following) / by).transpose(0, 2, 1))
 
 
 def solve(problem: Problem) -> Trajectory:
@@ -192,11 +219,7 @@ class _OnTape:
         """Return a tape for the kernels, with the values of the laws."""
         tape = record_equations(self.problem, self.layout, what, None if change is None else change.name)
         assert isinstance(tape, Tape)  # as without a change
-        system, states = self.problem.system, tape.constant + tape.driven + 1
-        d = len(system.states)
-        return (tape.program, tape.ends, *gather_tables(tape, self.problem.laws), tape.results, tape.literals,
-                np.array(system.lowest or [-np.inf] * d, float), np.array(system.switches, np.int64),
-                tape.constant, states, states + 2 * d, tape.rows)
+        return pack(tape, self.problem)
 
 
 def _by(change: _Change | None) -> np.ndarray:

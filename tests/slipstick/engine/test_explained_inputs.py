@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from slipstick.engine.equations import refine
 from slipstick.engine.fit import begin
 from slipstick.engine.laws import GAIN, list_candidates
 from slipstick.engine.model import build_part
 from slipstick.engine.preparation import prepare
-from slipstick.engine.recordings import Recorded, explain, refine
+from slipstick.engine.recordings import Recorded, explain
 from slipstick.machine import Block, Command, Machine, Parameter, Profile, Runs, Sensor
 
 RUNS, STEP, TIME, RISE, NOISE = 6, 0.01, np.arange(0, 1.005, 0.01), 0.015, 1e-4

@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 
 from slipstick.engine.bases import Variable
+from slipstick.engine.equations import refine
 from slipstick.engine.laws import GAIN, LAG, PAST, Candidate, list_candidates
 from slipstick.engine.model import PartModel, State, build_part, key_of_law, nominal_own_values, touches
 from slipstick.engine.preparation import prepare
 from slipstick.engine.products import expand
-from slipstick.engine.recordings import Pair, Part, Recorded, refine
+from slipstick.engine.recordings import Pair, Part, Recorded
 from slipstick.engine.simulation import simulate
 from slipstick.machine import Profile, Runs, open_machine
 

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from slipstick.engine.equations import Problem
+from slipstick.engine import trajectory
+from slipstick.engine.tangents import differentiate
 from slipstick.engine.tape import Layout, Tape, record_equations
 from slipstick.engine.trajectory import _choose_stepper, _InNumpy, _OnTape
 from slipstick.machine.system import System
@@ -64,6 +66,33 @@ def test_recorded_functions_are_those_of_numpy(name: str) -> None:
     assert np.isfinite(plain.step(x, no)).all()
     np.testing.assert_allclose(taped.step(x, no), plain.step(x, no), rtol=1e-12, atol=1e-13)
     np.testing.assert_allclose(taped.read(x, no), plain.read(x, no), rtol=1e-12, atol=1e-13)
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_derivatives_are_differences_of_recorded_functions(name: str) -> None:
+    """But where a function jumps or bends between both values of a difference."""
+    problem = pose(FUNCTIONS[name])
+    x = np.random.default_rng(2).uniform(-1.0, 1.0, (5, 1, 40))
+    for what, names in (("rate", [("input", "a"), 0]), ("output", [("input", "a"), ("quantity", "shift"),
+                                                                   ("parameter", "begin"), 0])):
+        values, derivatives = differentiate(problem, what, x, names)
+        for each, exact in zip(names, derivatives, strict=True):
+            ahead, behind = (read_moved(problem, what, x, each, by) for by in (1e-6, -1e-6))
+            differences = (ahead - behind) / 2e-6
+            is_near = np.abs(exact - differences) < 1e-5 * (1 + np.abs(differences))
+            assert is_near.mean() > 0.99
+        np.testing.assert_allclose(values, read_moved(problem, what, x, 0, 0.0), rtol=1e-12, atol=1e-13)
+
+
+def read_moved(problem: Problem, what: str, x: np.ndarray, name: Any, by: float) -> np.ndarray:
+    """The rates or outputs (n, 1, K) by numpy, with a value or a state changed."""
+    moved = problem if name == 0 else trajectory._changed(problem, name, by)
+    system, p = problem.system, SimpleNamespace(**moved.parameters)
+    named, u, q = SimpleNamespace(s=x[:, 0] + by * (name == 0)), SimpleNamespace(**moved.inputs), SimpleNamespace(
+        **moved.quantities)
+    return np.broadcast_to(system.rate(named, u, q, p) if what == "rate" else system.output(named, u, q, p),
+                           (5, 40))[:, None]
 
 
 def branch(a: Any, b: Any) -> Any:
