@@ -89,6 +89,16 @@ class Fit:
         """Means (r,) of the random terms over the runs."""
         return self.fitted.coefficients[:len(self.recorded.random)]
 
+    def take(self, rows: np.ndarray) -> "Fit":
+        """Return the linear model of the runs `rows` about the state of all, solved anew."""
+        recorded, state = self.recorded.take(rows), self.state.take(rows)
+        laws = {pair: law.take(rows) for pair, law in self.laws.items()}
+        models = {name: model.take(rows, recorded, laws) for name, model in self.models.items()}
+        solved = _solve(recorded, models, laws, self.priors, self.fitted.variance, state)
+        assert solved is not None  # as that of all runs
+        return Fit(recorded, laws, solved.priors, state, models, solved.products, solved.fitted, solved.turn,
+                   solved.evidence, solved.promised, self.converged)
+
     def again(self, recorded: Recorded) -> "Fit":
         """Return the fit of the same runs with another noise, or with signals that are explained anew, from here on."""
         laws = {pair: law.renew(recorded) for pair, law in self.laws.items()}
@@ -143,16 +153,15 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
         solved = _solve(recorded, models, laws, priors, variance, state)
         if solved is None:
             break
-        evidence = restricted_likelihood(solved.fitted.gram, solved.fitted.variance) - solved.promised
         released = {name: model.release() for name, model in models.items()}
         current = Fit(recorded, dict(laws), solved.priors, solved.state, released, solved.products, solved.fitted,
-                      solved.turn, evidence, solved.promised, abs(solved.promised) < settled)
+                      solved.turn, solved.evidence, solved.promised, abs(solved.promised) < settled)
         if current.converged:  # at the fixed point, and not where steps to it happened to pass
             return current
         worse += 1
         if best is None or current.evidence > best.evidence:
             best, worse = current, 0
-        if worse == _PATIENCE or evidence + HOPED * current.promised < needed:
+        if worse == _PATIENCE or current.evidence + HOPED * current.promised < needed:
             return best
         if last is not None and current.promised >= last.promised and current.evidence <= last.evidence:
             state = _halfway(last.state, state)
@@ -182,6 +191,11 @@ class _Solved:
     turn: np.ndarray
     variance: np.ndarray
     promised: float
+
+    @property
+    def evidence(self) -> float:
+        """Log marginal likelihood in nats at the state, up to a constant."""
+        return restricted_likelihood(self.fitted.gram, self.fitted.variance) - self.promised
 
 
 def _solve(recorded: Recorded, models: Mapping[str, PartFit], laws: Mapping[Pair, Candidate],

@@ -224,7 +224,8 @@ def predict_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pai
     trajectory = solve(_pose(recorded, part, state, laws))
     signals = trajectory.outputs
     if not part.system.states:
-        signals = np.where(part.counted, signals, np.stack([recorded.fine(name, part) for name in part.signals], axis=1))
+        smooth = np.stack([recorded.fine(name, part) for name in part.signals], axis=1)
+        signals = np.where(part.counted, signals, smooth)
     clocks = tuple(_clock(recorded, clock_of(part, signal), state) for signal in part.signals)
     nothing = np.empty(0)
     model = PartModel(part, state, laws, trajectory, nothing, signals, nothing, clocks, None, (), {}, nothing, nothing)
@@ -367,7 +368,7 @@ def _typical(recorded: Recorded, model: PartModel, key: Key) -> float:
     return 1.0
 
 
-def _respond(model: PartModel, kind: str, name: str, size: float, basis: np.ndarray,
+def _respond(model: PartModel, kind: Any, name: str, size: float, basis: np.ndarray,
              drawn: np.ndarray | None = None, first: np.ndarray | None = None) -> np.ndarray:
     """Return the changes (n, m, o, k) of what the sensors read, with a change along a basis (n, m, K).
 

@@ -56,6 +56,14 @@ class PartFit:
         """Return the model without columns."""
         return replace(self, held=())
 
+    def take(self, rows: np.ndarray, recorded: Recorded, laws: Mapping[Pair, Candidate]) -> "PartFit":
+        """Return the model of the runs `rows`, which are `recorded` with these laws, without columns."""
+        part = next(part for part in recorded.parts if part.name == self.part.name)
+        chosen = {pair: laws[pair] for pair in self.laws}
+        return replace(self, recorded=recorded, part=part, laws=chosen, built=self.built.take(rows),
+                       state=self.state.take(rows), gram=self.gram[rows], noisy=self.noisy[rows],
+                       predicted=self.predicted[rows], held=())
+
     def move(self, state: State) -> "PartFit":
         """Return the model at another state, with the same columns and the same response to noise."""
         held = [*self.held, *(None for _ in self._slices()[len(self.held):])]

@@ -91,7 +91,7 @@ class Part:
     @property
     def instants(self) -> int:
         """The number K of instants: up to the last sample that counts in any run, and not to the end of recordings."""
-        return self.fine * (self.measured.shape[2] - 1) + 1
+        return self.fine * (int(self.measured.shape[2]) - 1) + 1
 
     @property
     def signals(self) -> tuple[str, ...]:
@@ -223,9 +223,9 @@ def explain(recorded: Recorded, explained: Mapping[str, np.ndarray]) -> Recorded
             if identifier_of(signal) in by_identifier:
                 finer = by_identifier[identifier_of(signal)]
                 more = part.fine * last // (finer.shape[1] - 1)
-                signal_at = refine(finer, more) if more else finer[:, ::(finer.shape[1] - 1) // (part.fine * last)]
-                inputs[name] = signal_at[:, :part.instants]
-                beyond[name] = measured[identifier_of(signal)][:, :part.measured.shape[2]] - inputs[name][:, ::part.fine]
+                whole = refine(finer, more) if more else finer[:, ::(finer.shape[1] - 1) // (part.fine * last)]
+                inputs[name], samples = whole[:, :part.instants], part.measured.shape[2]
+                beyond[name] = measured[identifier_of(signal)][:, :samples] - inputs[name][:, ::part.fine]
         return replace(part, inputs=inputs, beyond=beyond)
 
     smooth = {sensor.signal: recorded.signals[sensor.signal] for sensor in recorded.machine.sensors

@@ -289,7 +289,8 @@ def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:
             fits = _renew(fits, fits, settings)
         while len(bad := _find_bad(fits, settings)) and len(recorded) - len(fits[0].recorded) + len(bad) <= most:
             kept = np.delete(np.arange(len(fits[0].recorded)), bad)
-            fits = [fit(*_taken(each, kept)) for each in fits]
+            fits = [taken if each.converged else fit(taken.recorded, taken.laws, taken.priors, taken.state)
+                    for each in fits for taken in [each.take(kept)]]  # what has converged hardly changes
     return fits
 
 
@@ -367,12 +368,6 @@ def _hear(part: Part, given: Mapping[str, tuple[Noise, np.ndarray]]) -> Part:
              for place, (name, noise) in enumerate(part.noise.items())}
     return replace(part, noise={name: noise for name, (noise, _) in heard.items()}, input_loudness=np.stack(
         [loudness for _, loudness in heard.values()], axis=1) if heard else part.input_loudness)
-
-
-def _taken(before: Fit, rows: np.ndarray) -> tuple[Recorded, dict[Pair, Candidate], dict[Pair, Prior], State]:
-    """Return what the fit of some of the runs begins with."""
-    laws = {pair: law.take(rows) for pair, law in before.laws.items()}
-    return before.recorded.take(rows), laws, dict(before.priors), before.state.take(rows)
 
 
 def fit_bare(group: Recorded, state: State | None = None, variance: np.ndarray | None = None) -> Fit:

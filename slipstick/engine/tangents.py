@@ -222,10 +222,10 @@ def _differentiate_operation(operation, tape, R, T, count):  # type: ignore[no-u
             T[to, g] = -T[a, g]
     elif code == 5:  # maximum
         for g in range(count):
-            T[to, g] = T[a, g] if R[a, g] > R[b, g] or R[a, g] == R[b, g] and T[a, g] > T[b, g] else T[b, g]
+            T[to, g] = T[a, g] if R[a, g] > R[b, g] or (R[a, g] == R[b, g] and T[a, g] > T[b, g]) else T[b, g]
     elif code == 6:  # minimum
         for g in range(count):
-            T[to, g] = T[a, g] if R[a, g] < R[b, g] or R[a, g] == R[b, g] and T[a, g] < T[b, g] else T[b, g]
+            T[to, g] = T[a, g] if R[a, g] < R[b, g] or (R[a, g] == R[b, g] and T[a, g] < T[b, g]) else T[b, g]
     elif code == 7:  # sqrt
         for g in range(count):
             T[to, g] = 0.5 * T[a, g] / R[to, g] if R[to, g] > 0 else 0.0

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slipstick.engine.equations import Problem
 from slipstick.engine import trajectory
+from slipstick.engine.equations import Problem
 from slipstick.engine.tangents import differentiate
 from slipstick.engine.tape import Layout, Tape, record_equations
 from slipstick.engine.trajectory import _choose_stepper, _InNumpy, _OnTape
