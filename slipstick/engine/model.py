@@ -18,7 +18,7 @@ from slipstick.engine.equations import OwnLaw, Problem, refine
 from slipstick.engine.laws import GAIN, Candidate
 from slipstick.engine.recordings import Pair, Part, Recorded, Term, clock_of, pose_nominal, read_track
 from slipstick.engine.trajectory import Trajectory, solve
-from slipstick.engine.whitening import CarriedNoise, Whitening
+from slipstick.engine.whitening import CarriedNoise, Whitening, join_steps
 from slipstick.machine.declaration import SENSOR, Namespace, identifier_of
 from slipstick.numerics.threads import mapped
 
@@ -126,21 +126,10 @@ class PartModel:
         sources += [(trajectory.direction("quantity", name, _size_of(part, name)), whole) for name in part.disturbances]
         if not sources:
             return None
-        n, k, fine, d = len(part.measured), part.measured.shape[2], part.fine, trajectory.x.shape[1]
-        A = np.broadcast_to(np.eye(d), (n, k - 1, d, d)).copy()
-        F, G = (np.zeros((n, k - 1, d, len(sources))) for _ in range(2))
-        E = np.empty((n, len(part.signals), k, len(sources)))
-        for place, (direction, passed) in enumerate(sources):
-            E[..., place] = direction.D[:, :, ::fine] * passed[:, None, ::fine]
-            for sub in range(fine):
-                before = direction.B[:, sub::fine, 0] * passed[:, sub:-1:fine, None]
-                after = direction.B[:, sub::fine, 1] * passed[:, sub + 1::fine, None]
-                shares = sub / fine, (sub + 1) / fine  # of the end of the sample in its noise
-                for through, first, last in ((F, 1 - shares[0], 1 - shares[1]), (G, *shares)):
-                    through[..., place] = (np.einsum("nkab,nkb->nka", trajectory.A[:, sub::fine], through[..., place])
-                                           + first * before + last * after)
-        for sub in range(fine):
-            A = trajectory.A[:, sub::fine] @ A
+        n, fine = len(part.measured), part.fine
+        E = np.stack([direction.D[:, :, ::fine] * passed[:, None, ::fine] for direction, passed in sources], axis=-1)
+        A, F, G = join_steps(trajectory.A, np.stack([direction.B for direction, _ in sources]),
+                             np.stack([passed for _, passed in sources]), fine)
         loudness = np.concatenate([part.input_loudness, np.ones((n, len(part.disturbances)))], axis=1)
         return CarriedNoise((*part.noise.values(), *part.disturbances.values()), loudness, A, F, G,
                             trajectory.C[:, :, ::fine], E)
@@ -319,6 +308,9 @@ def _row(model: PartModel, key: Key, recorded: Recorded) -> np.ndarray:
     """Return the response (n, 1, o, k) to a change of 1."""
     part, (kind, name) = model.part, key
     n, o, size = model.trajectory.outputs.shape
+    if kind == "parameter":
+        change = model.trajectory.respond_to_parameter(name, _typical(recorded, model, key))
+        return _read(model, _unit(recorded, model, key)[..., None] * change)
     if kind != "clock":
         changed = np.broadcast_to(_unit(recorded, model, key), (n, 1, size))
         return _respond(model, kind, name, _typical(recorded, model, key), changed)
@@ -389,9 +381,12 @@ def _respond(model: PartModel, kind: Any, name: str, size: float, basis: np.ndar
         return read
     typical = part.noise[name].std if kind == "input" and name in part.noise else size
     change = trajectory.respond(trajectory.direction(kind, name, typical), basis)
-    if kind == "input":
-        change = -change  # an error of the sensor is taken off what it reads
-    through = list[tuple[int, np.ndarray]]()  # errors of sensors over their own signals
+    return _read(model, -change if kind == "input" else change)  # an error of the sensor is taken off what it reads
+
+
+def _read(model: PartModel, change: np.ndarray) -> np.ndarray:
+    """Return the changes (n, m, o, k) of what sensors read, with changes (n, m, o, K) of their signals."""
+    part, through = model.part, list[tuple[int, np.ndarray]]()  # errors of sensors over their own signals
     for pair, law in model.laws.items():
         which, name = key_of_law(law, part)
         variable = law.variables[part.name]
@@ -401,4 +396,4 @@ def _respond(model: PartModel, kind: Any, name: str, size: float, basis: np.ndar
                                                           change[:, :, place])))
     for place, more in through:
         change[:, :, place] += more
-    return model.late(change, model.part.fine)
+    return model.late(change, part.fine)

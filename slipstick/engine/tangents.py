@@ -6,14 +6,14 @@ chain rule along the operations of a tape (tangents, or forward mode: Griewank a
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
 import numpy as np
 from numba import njit
 
-from slipstick.engine.equations import Problem, refine
+from slipstick.engine.equations import Problem
 from slipstick.engine.stepping import evaluate
 from slipstick.engine.tape import Layout, Name, Tape, list_values, pack, record_equations
 
@@ -21,95 +21,92 @@ _LANES = 256
 """Instants of a run that are computed together."""
 
 
+@dataclass(frozen=True, eq=False)
+class _Derivatives:
+    """Derivatives with q values: of the rates at the `ends` (q, n, d, K) and in the `middles` (q, n, d, K - 1) of steps,
+    and of the `outputs` (q, n, o, K)."""
+
+    ends: np.ndarray
+    middles: np.ndarray
+    outputs: np.ndarray
+
+
 class Tangents:
     """Derivatives along the states `x` (n, d, K) of a problem without surfaces and lowest values, recorded on tapes."""
 
     def __init__(self, problem: Problem, x: np.ndarray) -> None:
-        self.problem, self.x = problem, x
+        self.problem, self.x = problem, np.ascontiguousarray(x)
         self.h = np.ascontiguousarray(np.broadcast_to(problem.h, (x.shape[2] - 1,)), dtype=float)
+        names = list_values(problem)
+        self.parameters: list[Name] = [name for name in names if name[0] == "parameter"]
+        self.quantities: list[Name] = [name for name in names if name[0] == "quantity"]
+        self.inputs: list[Name] = [name for name in names if name[0] == "input"]
 
     def with_states(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the derivatives (n, K - 1, d, d) of the steps and (n, o, K, d) of the outputs with the states."""
-        n, d, _ = self.x.shape
-        (rates, outputs), A = self._usual, np.empty((n, len(self.h), d, d))
-        for place in range(d):  # a change of the state, and what the rates make of it
-            A[..., place] = self._drive(rates[place]).sum(axis=2)
-            A[..., place, place] += 1.0
-        return A, np.ascontiguousarray(np.moveaxis(outputs[:d], 0, -1))
+        return self._steps[0], np.ascontiguousarray(np.moveaxis(self._usual.outputs[:self.x.shape[1]], 0, -1))
 
     def with_value(self, name: Name, by: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the derivatives (n, K - 1, 2, d) of the steps and (n, o, K) of the outputs with a value."""
-        (rates, outputs), names = (self._usual, self._names) if name in self._names else (
-            self._of_quantities, self._quantities)
-        place = names.index(name)
-        return self._drive(rates[place]), outputs[place]
-
-    @cached_property
-    def _names(self) -> list[Name | int]:
-        """The states, inputs and parameters, with which each fit asks for derivatives."""
-        return [*range(self.x.shape[1]), *(name for name in list_values(self.problem) if name[0] != "quantity")]
-
-    @cached_property
-    def _quantities(self) -> list[Name | int]:
-        return [name for name in list_values(self.problem) if name[0] == "quantity"]
-
-    @cached_property
-    def _usual(self) -> tuple[np.ndarray, np.ndarray]:
-        return self._differentiate(self._names)
-
-    @cached_property
-    def _of_quantities(self) -> tuple[np.ndarray, np.ndarray]:
-        return self._differentiate(self._quantities)
-
-    def _differentiate(self, names: Sequence[Name | int]) -> tuple[np.ndarray, np.ndarray]:
-        """Return derivatives (q, n, d, 2 K - 1) of the rates and (q, n, o, K) of the outputs: all cost little more than
-        one."""
-        problem, x = self._halved
-        return differentiate(problem, "rate", x, names)[1], differentiate(self.problem, "output", self.x, names)[1]
-
-    @cached_property
-    def _halved(self) -> tuple[Problem, np.ndarray]:
-        """The problem with the begin, middle and end of each step as instants, and the states (n, d, 2 K - 1) there.
-
-        Those in the middle are on the cubic line that has the states and the rates of both ends (Hermite).
-        """
-        problem, x = self.problem, np.repeat(self.x, 2, axis=2)[:, :, :-1]
-        rates, _ = differentiate(problem, "rate", self.x, ())
-        x[:, :, 1::2] = 0.5 * (self.x[:, :, 1:] + self.x[:, :, :-1]) - self.h / 8 * np.diff(rates, axis=2)
-        inputs, quantities = ({name: refine(value, 2) if np.ndim(value) == 2 and np.shape(value)[1] > 1 else value
-                               for name, value in values.items()} for values in (problem.inputs, problem.quantities))
-        return replace(problem, h=np.repeat(0.5 * self.h, 2), inputs=inputs, quantities=quantities), x
-
-    @cached_property
-    def _W(self) -> np.ndarray:
-        """Weights (n, K - 1, 2, d, d) of changes of the rates in the steps."""
         n, d, size = self.x.shape
-        W = np.empty((n, size - 1, 2, d, d))
-        _weigh_steps(self._usual[0][:d], self.h, W)
-        return W
-
-    def _drive(self, g: np.ndarray) -> np.ndarray:
-        """Return the derivatives (n, K - 1, 2, d) of the steps with what changes the rates by g (n, d, 2 K - 1)."""
-        n, d, size = self.x.shape
+        if name[0] == "quantity":
+            place, known = self.quantities.index(name), self._of_quantities
+        else:
+            place, known = d + [*self.parameters, *self.inputs].index(name), self._usual
         B = np.empty((n, size - 1, 2, d))
-        _drive(self._W, g, self.h, B)
-        return B
+        _drive(self._steps[1], known.ends[place], known.middles[place], self.h, B)
+        return B, known.outputs[place]
+
+    @cached_property
+    def constants(self) -> tuple[dict[Name, np.ndarray], np.ndarray]:
+        """The responses of the outputs (n, o, K) to a change of each parameter by 1, and (d, n, o, K) to that of each
+        state at the begin."""
+        d = self.x.shape[1]
+        (A, W), C, known = self._steps, self.with_states()[1], self._usual
+        last = d + len(self.parameters)
+        n, o, size, _ = C.shape
+        out = np.empty((last, n, o, size))
+        _respond_to_constants(A, W, C, known.ends[d:last], known.middles[d:last], known.outputs[d:last], self.h, out)
+        return dict(zip(self.parameters, out[d:], strict=True)), out[:d]
+
+    @cached_property
+    def _usual(self) -> _Derivatives:
+        """Derivatives with states, parameters and inputs, for which each fit asks: all cost little more than one."""
+        return self._differentiate([*range(self.x.shape[1]), *self.parameters, *self.inputs])
+
+    @cached_property
+    def _of_quantities(self) -> _Derivatives:
+        return self._differentiate(self.quantities)
+
+    def _differentiate(self, names: Sequence[Name | int]) -> _Derivatives:
+        ends, middles = differentiate(self.problem, "rate", self.x, names)
+        return _Derivatives(ends, middles, differentiate(self.problem, "output", self.x, names)[0])
+
+    @cached_property
+    def _steps(self) -> tuple[np.ndarray, np.ndarray]:
+        """The derivatives (n, K - 1, d, d) of the steps with the states, and the weights (n, K - 1, 2, d, d) by which
+        they have changes of the rates."""
+        n, d, size = self.x.shape
+        A, W = np.empty((n, size - 1, d, d)), np.empty((n, size - 1, 2, d, d))
+        _weigh_steps(self._usual.ends[:d], self._usual.middles[:d], self.h, A, W)
+        return A, W
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _weigh_steps(F, h, W):  # type: ignore[no-untyped-def]
-    """Fill W (n, K - 1, 2, d, d) with the weights by which Runge-Kutta steps h (K - 1,) have changes of the rates.
+def _weigh_steps(ends, middles, h, A, W):  # type: ignore[no-untyped-def]
+    """Fill A (n, K - 1, d, d) with the derivatives of Runge-Kutta steps h (K - 1,) of linear equations with the states,
+    and W (n, K - 1, 2, d, d) with the weights by which they have changes of the rates.
 
-    F (d, n, d, 2 K - 1) are the coefficients of each state at the begin, middle and end of the steps. The first weights
-    are those of a change at the begin, the second those of half a change in the middle.
+    The coefficients of each state are those at the `ends` (d, n, d, K) and in the `middles` (d, n, d, K - 1) of steps.
+    The first weights are those of a change at the begin, the second those of half a change in the middle.
     """
-    n, d = F.shape[1:3]
+    n, d = ends.shape[1:3]
     middle, last, once, twice = np.empty((d, d)), np.empty((d, d)), np.empty((d, d)), np.empty((d, d))
     for i in range(n):
         for j in range(len(h)):
             for a in range(d):
                 for b in range(d):
-                    middle[a, b], last[a, b] = 0.5 * h[j] * F[b, i, a, 2 * j + 1], h[j] * F[b, i, a, 2 * j + 2]
+                    middle[a, b], last[a, b] = 0.5 * h[j] * middles[b, i, a, j], h[j] * ends[b, i, a, j + 1]
             for a in range(d):
                 for b in range(d):
                     once[a, b], twice[a, b] = 0.0, 0.0
@@ -123,31 +120,78 @@ def _weigh_steps(F, h, W):  # type: ignore[no-untyped-def]
                         begin += last[a, c] * twice[c, b]
                     W[i, j, 0, a, b] = h[j] / 6 * (begin + (1.0 if a == b else 0.0))
                     W[i, j, 1, a, b] = h[j] / 6 * (both + (4.0 if a == b else 0.0))
+            for a in range(d):
+                for b in range(d):
+                    total = (1.0 if a == b else 0.0) + last[a, b] / 6
+                    for c in range(d):
+                        total += W[i, j, 0, a, c] * ends[b, i, c, j] + W[i, j, 1, a, c] * middles[b, i, c, j]
+                    A[i, j, a, b] = total
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _drive(W, g, h, B):  # type: ignore[no-untyped-def]
-    """Fill B (n, K - 1, 2, d) with what steps make of a change of the rates by g (n, d, 2 K - 1) that falls from 1 to 0
-    over each step, and of one that rises to 1."""
-    n, d, _ = g.shape
+def _drive(W, ends, middles, h, B):  # type: ignore[no-untyped-def]
+    """Fill B (n, K - 1, 2, d) with what steps make of a change that falls from 1 to 0 over each step, and of one that
+    rises to 1: it changes the rates at the `ends` (n, d, K) and in the `middles` (n, d, K - 1) so much."""
+    n, d, _ = ends.shape
     for i in range(n):
         for j in range(len(h)):
             for a in range(d):
                 begin, middle = 0.0, 0.0
                 for b in range(d):
-                    begin += W[i, j, 0, a, b] * g[i, b, 2 * j]
-                    middle += W[i, j, 1, a, b] * (0.5 * g[i, b, 2 * j + 1])
-                B[i, j, 0, a], B[i, j, 1, a] = begin + middle, middle + h[j] / 6 * g[i, a, 2 * j + 2]
+                    begin += W[i, j, 0, a, b] * ends[i, b, j]
+                    middle += W[i, j, 1, a, b] * (0.5 * middles[i, b, j])
+                B[i, j, 0, a], B[i, j, 1, a] = begin + middle, middle + h[j] / 6 * ends[i, a, j + 1]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _respond_to_constants(A, W, C, ends, middles, outputs, h, out):  # type: ignore[no-untyped-def]
+    """Fill out (d + q, n, o, K) with the changes of the outputs with each state at the begin, and with q values.
+
+    These change the rates at the `ends` (q, n, d, K) and in the `middles` (q, n, d, K - 1) of steps h (K - 1,), and the
+    `outputs` (q, n, o, K).
+    """
+    q, (n, o, size, d) = len(ends), C.shape
+    v, w, read = np.zeros((d, d + q)), np.empty((d, d + q)), np.empty(d + q)
+    here, half, there = np.zeros((d, d + q)), np.zeros((d, d + q)), np.zeros((d, d + q))
+    for i in range(n):
+        v[:] = 0.0
+        for a in range(d):
+            v[a, a] = 1.0
+            for g in range(q):
+                here[a, d + g] = ends[g, i, a, 0]
+        for j in range(size):
+            for output in range(o):
+                for g in range(d + q):
+                    read[g] = outputs[g - d, i, output, j] if g >= d else 0.0
+                for b in range(d):
+                    for g in range(d + q):
+                        read[g] += C[i, output, j, b] * v[b, g]
+                for g in range(d + q):
+                    out[g, i, output, j] = read[g]
+            if j + 1 == size:
+                break
+            for a in range(d):
+                for g in range(q):
+                    half[a, d + g], there[a, d + g] = middles[g, i, a, j], ends[g, i, a, j + 1]
+            for a in range(d):
+                for g in range(d + q):
+                    w[a, g] = h[j] / 6 * there[a, g]
+                for b in range(d):
+                    step, first, second = A[i, j, a, b], W[i, j, 0, a, b], W[i, j, 1, a, b]
+                    for g in range(d + q):
+                        w[a, g] += step * v[b, g] + first * here[b, g] + second * half[b, g]
+            v, w = w, v
+            here, there = there, here
 
 
 def differentiate(problem: Problem, what: Literal["rate", "output"], x: np.ndarray,
                   names: Sequence[Name | int]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rates or outputs (n, r, K) of a problem at states (n, d, K), and their derivatives (q, n, r, K).
+    """Return the derivatives (q, n, r, K) of the rates or outputs of a problem at states (n, d, K), and those (q, n, r,
+    K - 1) of the rates in the middle of each step, at states on the cubic line with the rates of both ends (Hermite).
 
     These are with values, by their names, or with states, by their places. The system has no surfaces.
     """
-    known, (n, size) = list_values(problem), problem.shape
-    layout = Layout.of(problem, is_whole=True)
+    known, (n, size), layout = list_values(problem), problem.shape, Layout.of(problem, is_whole=True)
     tape = record_equations(problem, layout, what)
     assert isinstance(tape, Tape)  # as those that are stepped
     P, V = np.empty((len(layout.constant), n)), np.empty((len(layout.driven), n, size))
@@ -160,24 +204,26 @@ def differentiate(problem: Problem, what: Literal["rate", "output"], x: np.ndarr
     seeds = np.array([first + name if isinstance(name, int) else rows[name] for name in names], np.int64)
     paths = [tape.paths[seed] for seed in seeds.tolist()]
     starts = np.cumsum([0, *(len(path) for path in paths)], dtype=np.int64)
-    values, out = np.empty((n, len(tape.results), size)), np.empty((len(seeds), n, len(tape.results), size))
-    _differentiate(pack(tape, problem), np.concatenate([np.zeros(0, np.int64), *paths]), starts, seeds, P, V,
-                   np.ascontiguousarray(x), values, out)
-    return values, out
+    shape, h = (len(seeds), n, len(tape.results)), np.broadcast_to(problem.h, (size - 1 if what == "rate" else 0,))
+    ends, middles = np.empty((*shape, size)), np.empty((*shape, len(h)))
+    if tape.results.size:
+        _differentiate(pack(tape, problem), np.concatenate([np.zeros(0, np.int64), *paths]), starts, seeds, P, V, x,
+                       np.ascontiguousarray(h, dtype=float), ends, middles)
+    return ends, middles
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _differentiate(tape, paths, starts, seeds, P, V, X, values, out):  # type: ignore[no-untyped-def]
-    program, results, literals = tape[0], tape[6], tape[7]
-    states, first_literal = tape[11], tape[12]
-    R, T = np.empty((tape[13], _LANES)), np.zeros((tape[13], _LANES))
+def _differentiate(tape, paths, starts, seeds, P, V, X, h, ends, middles):  # type: ignore[no-untyped-def]
+    """Fill the derivatives at the `ends` of steps h, and in their `middles` unless there are no steps."""
+    results, literals, states, first_literal = tape[6], tape[7], tape[11], tape[12]
+    R, T, rates = np.empty((tape[13], _LANES)), np.zeros((tape[13], _LANES)), np.empty((len(results), _LANES))
     n, d, size = X.shape
     for i in range(n):
         for row in range(len(P)):
             R[row] = P[row, i]
         for row in range(len(literals)):
             R[first_literal + row] = literals[row]
-        for begin in range(0, size, _LANES):
+        for begin in range(0, size, _LANES - 1 if len(h) else _LANES):
             count = min(_LANES, size - begin)
             for row in range(len(V)):
                 for g in range(count):
@@ -186,19 +232,38 @@ def _differentiate(tape, paths, starts, seeds, P, V, X, values, out):  # type: i
                 for g in range(count):
                     R[states + state, g] = X[i, state, begin + g]
             evaluate(tape, 0 * count, tape[1][2], R, count)
-            for result in range(len(results)):
+            _follow_paths(tape, paths, starts, seeds, R, T, i, begin, count, ends)
+            if len(h) == 0 or count == 1:
+                continue
+            for state in range(d):
                 for g in range(count):
-                    values[i, result, begin + g] = R[results[result], g]
-            for q in range(len(seeds)):
-                T[seeds[q]] = 1.0
-                for place in range(starts[q], starts[q + 1]):
-                    _differentiate_operation(program[paths[place]], tape, R, T, count)
-                for result in range(len(results)):
-                    for g in range(count):
-                        out[q, i, result, begin + g] = T[results[result], g]
-                T[seeds[q]] = 0.0
-                for place in range(starts[q], starts[q + 1]):
-                    T[program[paths[place], 1]] = 0.0
+                    rates[state, g] = R[results[state], g]
+            for row in range(len(V)):
+                for g in range(count - 1):
+                    R[len(P) + row, g] = 0.5 * (V[row, i, begin + g] + V[row, i, begin + g + 1])
+            for state in range(d):
+                for g in range(count - 1):
+                    R[states + state, g] = (0.5 * (X[i, state, begin + g] + X[i, state, begin + g + 1])
+                                            - h[begin + g] / 8 * (rates[state, g + 1] - rates[state, g]))
+            evaluate(tape, 0 * count, tape[1][2], R, count - 1)
+            _follow_paths(tape, paths, starts, seeds, R, T, i, begin, count - 1, middles)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _follow_paths(tape, paths, starts, seeds, R, T, i, begin, count, out):  # type: ignore[no-untyped-def]
+    """Fill out (q, n, r, K) at some instants of a run with the derivatives of the results, by those in T (rows,
+    lanes)."""
+    program, results = tape[0], tape[6]
+    for q in range(len(seeds)):
+        T[seeds[q]] = 1.0
+        for place in range(starts[q], starts[q + 1]):
+            _differentiate_operation(program[paths[place]], tape, R, T, count)
+        for result in range(len(results)):
+            for g in range(count):
+                out[q, i, result, begin + g] = T[results[result], g]
+        T[seeds[q]] = 0.0
+        for place in range(starts[q], starts[q + 1]):
+            T[program[paths[place], 1]] = 0.0
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

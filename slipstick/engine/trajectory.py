@@ -94,11 +94,15 @@ class Trajectory:
 
     def direction(self, kind: Kind, name: str, size: float) -> "Direction":
         """Return the derivatives with a quantity, an input or a parameter (the `kind`) of typical `size`."""
-        key, by = (kind, name), DIFFERENCE * size
+        key = kind, name
         if key not in self._known:
-            begin = (_start(_changed(self.problem, key, by)) - self.x[:, :, 0]) / by
-            self._known[key] = Direction(*self._slopes.with_value(key, by), begin)
+            self._known[key] = Direction(*self._slopes.with_value(key, DIFFERENCE * size), self._begin(key, size))
         return self._known[key]
+
+    def _begin(self, name: Name, size: float) -> np.ndarray:
+        """Return the derivatives (n, d) of the states at the begin with a value of typical `size`."""
+        by = DIFFERENCE * size
+        return np.asarray((_start(_changed(self.problem, name, by)) - self.x[:, :, 0]) / by)
 
     def respond(self, direction: "Direction", basis: np.ndarray) -> np.ndarray:
         """Return the changes (n, m, o, K) of the outputs with coefficients of a basis (n, m, K) of a change."""
@@ -106,6 +110,16 @@ class Trajectory:
         out = np.empty((n, m, self.outputs.shape[1], size))
         respond(self.A, direction.B, self.C, direction.D, direction.S, np.ascontiguousarray(basis, dtype=float), out)
         return out
+
+
+    def respond_to_parameter(self, name: str, size: float) -> np.ndarray:
+        """Return the changes (n, 1, o, K) of the outputs with a parameter of typical `size`."""
+        if not isinstance(self._slopes, Tangents):
+            n, _, instants = self.x.shape
+            return self.respond(self.direction("parameter", name, size), np.ones((n, 1, instants)))
+        constants, begins = self._slopes.constants
+        start = self._begin(("parameter", name), size)
+        return np.asarray(constants["parameter", name] + np.einsum("dnok,nd->nok", begins, start))[:, None]
 
 
 @dataclass(frozen=True, eq=False)

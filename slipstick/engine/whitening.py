@@ -103,6 +103,51 @@ class Whitening:
         return float(np.log(known).sum() - 0.5 * (self.apply(left[:, None]) ** 2).sum())
 
 
+def join_steps(A: np.ndarray, B: np.ndarray, passed: np.ndarray, fine: int) -> tuple[np.ndarray, ...]:
+    """Return how the states are carried over a sample of `fine` steps (n, k - 1, d, d), and noise of r sources from the
+    begin and from the end of it (n, k - 1, d, r), between which it is linear.
+
+    A (n, K - 1, d, d) and B (r, n, K - 1, 2, d) are the derivatives of the steps with states and with the sources, of
+    whose noise (r, n, K) is `passed`.
+    """
+    n, steps, d, _ = A.shape
+    A_joined = np.empty((n, steps // fine, d, d))
+    F, G = (np.empty((n, steps // fine, d, len(B))) for _ in range(2))
+    _join_steps(A, B, passed, fine, A_joined, F, G)
+    return A_joined, F, G
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _join_steps(A, B, passed, fine, A_joined, F, G):  # type: ignore[no-untyped-def]
+    n, samples, d, r = F.shape
+    x, moved = np.empty((d, d + 2 * r)), np.empty((d, d + 2 * r))  # of states, and of noise at the begin and at the end
+    for i in range(n):
+        for t in range(samples):
+            x[:] = 0.0
+            for a in range(d):
+                x[a, a] = 1.0
+            for sub in range(fine):
+                j = t * fine + sub
+                for a in range(d):
+                    for g in range(d + 2 * r):
+                        moved[a, g] = 0.0
+                    for b in range(d):
+                        for g in range(d + 2 * r):
+                            moved[a, g] += A[i, j, a, b] * x[b, g]
+                    for source in range(r):
+                        before = B[source, i, j, 0, a] * passed[source, i, j]
+                        after = B[source, i, j, 1, a] * passed[source, i, j + 1]
+                        share, following = sub / fine, (sub + 1) / fine  # of the end of the sample in its noise
+                        moved[a, d + source] += (1 - share) * before + (1 - following) * after
+                        moved[a, d + r + source] += share * before + following * after
+                x, moved = moved, x
+            for a in range(d):
+                for b in range(d):
+                    A_joined[i, t, a, b] = x[a, b]
+                for source in range(r):
+                    F[i, t, a, source], G[i, t, a, source] = x[a, d + source], x[a, d + r + source]
+
+
 @njit(nogil=True, cache=True, error_model="numpy")
 def _whiten_autoregressive(columns, counted, std, rho, out):  # type: ignore[no-untyped-def]
     """The filter without carried noise: the noise of a sensor is known at every sample that is counted."""
