@@ -1,6 +1,6 @@
 """What a law gains: in log marginal likelihood, and held out in each run."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,8 +8,10 @@ import numpy as np
 from slipstick.engine.fit import Fit
 from slipstick.engine.laws import Candidate
 from slipstick.engine.linear_model import Fitted, estimate, restricted_likelihood, solve
+from slipstick.engine.part_fit import PartFit
 from slipstick.engine.priors import Prior, choose_prior, count_replaced
 from slipstick.engine.products import Products
+from slipstick.engine.recordings import Pair
 
 _WORTH = 2.0
 """Nats at fixed variances below which a candidate is not compared further."""
@@ -24,12 +26,29 @@ class Screened:
     prior: Prior
 
 
-def screen(fit: Fit, candidates: Sequence[Candidate]) -> list[Screened]:
-    """Return the gains of candidates with few coefficients about a fit, the largest first."""
-    several = [candidate for candidate in candidates if candidate.pair not in fit.laws]
-    coarse = [candidate.coarse() for candidate in several]
-    screened = [_screen(fit, candidate, few, products)
-                for candidate, few, products in zip(several, coarse, _multiply(fit, coarse), strict=True)]
+Multiplied = dict[tuple[str, Pair], tuple[np.ndarray, np.ndarray]]
+"""The products of the columns of a law with all rows of a part, and with each other, by the names of both."""
+
+
+def multiply(models: Mapping[str, PartFit], candidates: Sequence[Candidate]) -> Multiplied:
+    """Return the products of candidates with few coefficients in each part on which they act."""
+    multiplied: Multiplied = {}
+    for name, model in models.items():
+        acting = [each.coarse() for each in candidates if name in each.variables and each.pair not in model.laws]
+        if acting:
+            products = model.multiply(acting)
+            multiplied |= {(name, each.pair): product for each, product in zip(acting, products, strict=True)}
+    return multiplied
+
+
+def screen(fit: Fit, candidates: Sequence[Candidate], multiplied: Multiplied) -> list[Screened]:
+    """Return the gains of candidates with few coefficients about a fit, the largest first.
+
+    `multiplied` are their products, which are used up.
+    """
+    onto = {name: fit.onto(name) for name in fit.models}
+    screened = [_screen(fit, candidate, few, _join(fit, few, onto, multiplied)) for candidate in candidates
+                if candidate.pair not in fit.laws for few in [candidate.coarse()]]
     return sorted(screened, key=lambda each: -each.nats)
 
 
@@ -51,26 +70,21 @@ def _screen(fit: Fit, candidate: Candidate, coarse: Candidate, products: Product
     return Screened(candidate, gain, prior)
 
 
-def _multiply(fit: Fit, candidates: Sequence[Candidate]) -> Iterator[Products]:
-    """Yield the products of all columns of a fit, joined by those of each candidate."""
-    acting = {name: [each for each in candidates if name in each.variables] for name in fit.models}
-    by_parts = {name: dict(zip((each.pair for each in acting[name]), model.multiply(acting[name]), strict=True))
-                for name, model in fit.models.items() if acting[name]}
-    onto = {name: fit.onto(name) for name in by_parts}
+def _join(fit: Fit, candidate: Candidate, onto: Mapping[str, np.ndarray], multiplied: Multiplied) -> Products:
+    """Return the products of all columns of a fit, joined by those of a candidate."""
     n, count = len(fit.recorded), fit.products.values.shape[1]
-    for candidate in candidates:
-        cross, own = np.zeros((n, candidate.count, count)), np.zeros((n, candidate.count, candidate.count))
-        for name, variable in candidate.variables.items():
-            rows, square = by_parts[name].pop(candidate.pair)
-            against = rows @ onto[name]
-            if variable.kind == "between":
-                factors = candidate.size * variable.basis(None, 1)[:, :, 0]
-                cross += factors[:, :, None] * against
-                own += factors[:, :, None] * factors[:, None, :] * square
-            else:
-                cross += against
-                own += square
-        yield fit.products.join(cross, own)
+    cross, own = np.zeros((n, candidate.count, count)), np.zeros((n, candidate.count, candidate.count))
+    for name, variable in candidate.variables.items():
+        rows, square = multiplied.pop((name, candidate.pair))
+        against = rows @ onto[name]
+        if variable.kind == "between":
+            factors = candidate.size * variable.basis(None, 1)[:, :, 0]
+            cross += factors[:, :, None] * against
+            own += factors[:, :, None] * factors[:, None, :] * square
+        else:
+            cross += against
+            own += square
+    return fit.products.join(cross, own)
 
 
 def hold_out(fitted: Fitted) -> np.ndarray:

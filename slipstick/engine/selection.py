@@ -9,7 +9,7 @@ import numpy as np
 from slipstick.engine.approach import approach
 from slipstick.engine.disturbances import estimate_disturbances
 from slipstick.engine.equations import refine
-from slipstick.engine.evidence import Screened, agree, expect, hold_out, screen
+from slipstick.engine.evidence import Screened, agree, expect, hold_out, multiply, screen
 from slipstick.engine.fit import HOPED, SETTLED, Fit, fit, join, join_recorded
 from slipstick.engine.laws import CONSTANT, FINER, Candidate, list_candidates, list_curves
 from slipstick.engine.model import State, nominal_own_values
@@ -210,28 +210,27 @@ class _Search:
 
     def _rank(self) -> list[Screened]:
         """Return the gains of all candidates of open groups, the largest first."""
-        sorted_by_groups = dict[tuple[Group, ...], list[Candidate]]()
+        sorted_by_fits = dict[tuple[Fit, ...], list[Candidate]]()
         for candidate in self.candidates:
             groups = self._groups(candidate)
             if not set(groups) & self.closed:
-                sorted_by_groups.setdefault(groups, []).append(candidate)
-        screened = list[Screened]()
-        for groups, candidates in sorted_by_groups.items():
-            key = tuple(self.fits[group] for group in groups)
-            if key not in self._screened:
-                self._screened[key] = screen(self._base(groups), candidates)
-            screened += self._screened[key]
+                sorted_by_fits.setdefault(tuple(self.fits[group] for group in groups), []).append(candidate)
+        waiting = {key: candidates for key, candidates in sorted_by_fits.items() if key not in self._screened}
+        models = {name: model for each in self.fits.values() for name, model in each.models.items()}
+        multiplied = multiply(models, [candidate for candidates in waiting.values() for candidate in candidates])
+        for key, candidates in waiting.items():
+            self._screened[key] = screen(self._base(key), candidates, multiplied)
+        screened = [each for key in sorted_by_fits for each in self._screened[key]]
         screened.sort(key=lambda each: -each.nats)
         best = ", ".join(f"{' over '.join(each.candidate.pair)} {each.nats:.1f}" for each in screened[:5])
         self.log(f"Compared {len(screened)} laws; gains in nats: {best}" if screened else
                  "No law is left to compare: fitting what was found once more")
         return screened
 
-    def _base(self, groups: tuple[Group, ...]) -> Fit:
-        key = tuple(self.fits[group] for group in groups)
-        if key not in self._bases:
-            self._bases[key] = join([self.fits[group] for group in groups])
-        return self._bases[key]
+    def _base(self, fits: tuple[Fit, ...]) -> Fit:
+        if fits not in self._bases:
+            self._bases[fits] = join(fits)
+        return self._bases[fits]
 
     def _groups(self, candidate: Candidate) -> tuple[Group, ...]:
         return tuple(group for group in self.fits if set(group) & set(candidate.variables))
@@ -239,7 +238,7 @@ class _Search:
     def _try(self, screened: Screened, reached: float) -> _Trial:
         """Fit a candidate in full, unless it stays far behind what another one has `reached` in nats."""
         candidate, groups = screened.candidate, self._groups(screened.candidate)
-        base, pair = self._base(groups), screened.candidate.pair
+        base, pair = self._base(tuple(self.fits[group] for group in groups)), screened.candidate.pair
         full = base.beside({pair: candidate}, {pair: screened.prior}, settled=_ROUGH * screened.nats,
                            needed=base.evidence + _TIED * reached)
         return self._judge(candidate, full, base, groups)

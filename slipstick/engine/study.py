@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipstick.engine.evidence import Screened, agree, expect, hold_out, screen
+from slipstick.engine.evidence import Screened, agree, expect, hold_out, multiply, screen
 from slipstick.engine.fit import Fit, join
 from slipstick.engine.kinds import KindOfLaw, find_kind
 from slipstick.engine.laws import Candidate, list_candidates
@@ -238,7 +238,8 @@ def _choose_control(bare: Fit, candidates: Sequence[Candidate], findings: Sequen
     """Return the candidate of other quantities that gains as much as half of them: a wrong law, chosen blindly."""
     named = {pair for finding in findings for pair in (finding.pair, *finding.rivals)}
     quantities = {pair[0] for pair in named}
-    screened = screen(bare, [each for each in candidates if each.pair[0] not in quantities])
+    others = [each for each in candidates if each.pair[0] not in quantities]
+    screened = screen(bare, others, multiply(bare.models, others))
     return screened[len(screened) // 2]
 
 

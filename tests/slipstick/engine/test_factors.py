@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipstick.engine.evidence import screen
+from slipstick.engine.evidence import multiply, screen
 from slipstick.engine.fit import Fit
 from slipstick.engine.laws import list_candidates
 from slipstick.engine.preparation import prepare
@@ -58,6 +58,6 @@ def test_a_common_factor_stays_where_its_prior_is_although_the_runs_scatter(fitt
 def test_a_constant_share_of_the_outflow_is_that_of_the_outlet(fitted: Fit, on: str) -> None:
     own = {name: model.own() for name, model in fitted.models.items()}
     candidate = next(each for each in list_candidates(fitted.recorded, own) if each.pair == ("outflow", on))
-    screened = screen(fitted, [candidate])[0]
+    screened = screen(fitted, [candidate], multiply(fitted.models, [candidate]))[0]
     assert screened.prior.known_up_to == 1
     assert screened.nats < 3

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from slipstick.engine import part_fit
-from slipstick.engine.evidence import screen
+from slipstick.engine.evidence import multiply, screen
 from slipstick.engine.fit import Fit
 from slipstick.engine.laws import list_candidates
 from slipstick.engine.preparation import prepare
@@ -55,7 +55,7 @@ def compare(whole: Fit, other: Fit) -> None:
             np.testing.assert_allclose(there.own()[variable], values, atol=1e-3 * np.ptp(values))
     own = {name: model.own() for name, model in whole.models.items()}
     candidates = list_candidates(whole.recorded, own)
-    gains, others = ({each.candidate.pair: each.nats for each in screen(each_fit, candidates)}
+    gains, others = ({each.candidate.pair: each.nats for each in screen(each_fit, candidates, multiply(each_fit.models, candidates))}
                      for each_fit in (whole, other))
     assert others == pytest.approx(gains, rel=1e-2, abs=0.1)
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from slipstick.engine.evidence import screen
+from slipstick.engine.evidence import multiply, screen
 from slipstick.engine.fit import Fit, fit, join
 from slipstick.engine.kinds import KindOfLaw, find_kind
 from slipstick.engine.laws import list_candidates
@@ -108,7 +108,7 @@ def bare() -> Fit:
 def test_a_law_does_not_lower_the_evidence_of_the_model_that_it_contains(bare: Fit, pair: tuple[str, str]) -> None:
     own = {name: model.own() for name, model in bare.models.items()}
     candidate = next(each for each in list_candidates(bare.recorded, own) if each.pair == pair)
-    screened = screen(bare, [candidate])[0]
+    screened = screen(bare, [candidate], multiply(bare.models, [candidate]))[0]
     full = fit(bare.recorded, {pair: candidate}, {pair: screened.prior}, bare.state, bare.fitted.variance)
     assert screened.nats > -1
     assert bare.evidence - 1 < full.evidence < bare.evidence + 12
