@@ -274,15 +274,23 @@ def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:
 
     They have the noise of sensors that their residuals show.
     """
-    fits, explained = list[Fit](), dict[str, np.ndarray]()
-    for group in recorded.groups():
-        fitted = temper(fit_bare(explain(group, explained)), settings)
+    fits, explained, most = list[Fit](), dict[str, np.ndarray](), int(settings.most_outlying * len(recorded))
+    waiting = recorded.groups()
+    while waiting:
+        group = explain(waiting.pop(0), explained)
+        fitted = temper(fit_bare(group), settings)
         if any(part.temper > 1 for part in fitted.recorded.parts) or len(_find_bad([fitted], settings)):
-            state = approach(fitted.recorded)
-            fitted = temper(fitted.restart(state, state.points.var(axis=0)), settings)
+            state, left = approach(group)
+            bad = _choose_worst(_deviate(np.log(np.maximum(left, _LEAST_CHI)), settings.least_spread), settings)
+            if len(recorded) - len(group) + len(bad) <= most:  # no step of all runs is one of these as well
+                kept = np.delete(np.arange(len(group)), bad)
+                group, state, fitted = group.take(kept), state.take(kept), fitted.take(kept)
+                fits, waiting = [each.take(kept) for each in fits], [each.take(kept) for each in waiting]
+                explained = {name: signal[kept] for name, signal in explained.items()}
+            anew = temper(fit_bare(group, state, state.points.var(axis=0)), settings)
+            fitted = max(fitted, anew, key=lambda each: each.untempered)
         fits.append(fitted)
         explained |= _explain_signals(fitted, settings)
-    most = int(settings.most_outlying * len(recorded))
     for number in range(1 + _RENEWED):
         if number:  # bad runs have a share in the noise that the signals show
             fits = _renew(fits, fits, settings)
@@ -319,7 +327,12 @@ def _trim(chi: np.ndarray, share: float) -> float:
 
 
 def _find_bad(fits: Sequence[Fit], settings: EngineSettings) -> np.ndarray:
-    doubt = np.max([_doubt(each, settings) for each in fits], axis=0)
+    return _choose_worst(np.max([_doubt(each, settings) for each in fits], axis=0), settings)
+
+
+def _choose_worst(doubt: np.ndarray, settings: EngineSettings) -> np.ndarray:
+    """Return the runs with the largest of deviations (n,) beyond what is usual: without them, others may look better.
+    """
     return np.flatnonzero(doubt > max(settings.outlying, 0.5 * float(doubt.max())))
 
 

@@ -57,7 +57,7 @@ def test_the_torque_of_slipping_plates_is_that_of_the_lanes(bench: Bench, factor
 
 def test_runs_that_steps_of_all_drive_away_are_fitted_from_where_each_is_by_itself(recorded: Recorded) -> None:
     together = fit(recorded, {}, {})
-    state = approach(recorded)
+    state, _ = approach(recorded)
     apart = fit(recorded, {}, {}, state, state.points.var(axis=0))
     assert apart.evidence > together.evidence + 1000
     before, after = (each.chi_square["clutch"].max() for each in (together, apart))
