@@ -54,6 +54,11 @@ def approach(recorded: Recorded, laws: Mapping[Pair, Candidate] | None = None, s
     return replace(state, means=state.points.mean(axis=0)), left
 
 
+def approach_each(recorded: Recorded, laws: Mapping[Pair, Candidate], state: State) -> State:
+    """Return the state with points of each run by itself, where means, shared values and laws are kept."""
+    return _descend(recorded, laws, state)[0]
+
+
 def _draw(recorded: Recorded, laws: Mapping[Pair, Candidate], state: State, others: np.ndarray,
           random: np.random.Generator) -> State:
     """Return the state with the most likely ones of points that are drawn like those of other runs (m, r)."""

@@ -91,6 +91,11 @@ class Fit:
                                          for part in self.recorded.parts)
 
     @property
+    def solution(self) -> State:
+        """The state to which the linear model leads."""
+        return _moved(self.recorded, self.laws, self.fitted, self.turn, self.state)
+
+    @property
     def means(self) -> np.ndarray:
         """Means (r,) of the random terms over the runs."""
         return self.fitted.coefficients[:len(self.recorded.random)]

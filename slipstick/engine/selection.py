@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipstick.engine.approach import approach
+from slipstick.engine.approach import approach, approach_each
 from slipstick.engine.disturbances import estimate_disturbances
 from slipstick.engine.equations import refine
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, multiply, screen
@@ -241,6 +241,9 @@ class _Search:
         base, pair = self._base(tuple(self.fits[group] for group in groups)), screened.candidate.pair
         full = base.beside({pair: candidate}, {pair: screened.prior}, settled=_ROUGH * screened.nats,
                            needed=base.evidence + _TIED * reached)
+        if not full.converged and full.evidence + HOPED * full.promised > base.evidence + _TIED * reached:
+            state = approach_each(full.recorded, full.laws, full.solution)
+            full = max(full, full.beside({}, {}, state), key=lambda each: each.evidence)
         return self._judge(candidate, full, base, groups)
 
     def _finish(self, trial: _Trial) -> _Trial:
@@ -313,11 +316,8 @@ def temper(fitted: Fit, settings: EngineSettings) -> Fit:
         parts = fitted.recorded.parts
         if all(abs(np.log(wanted[part.name] / part.temper)) < settings.unexplained for part in parts):
             break
-        hotter = any(wanted[part.name] > 2 * part.temper for part in parts)
-        recorded = replace(fitted.recorded, parts=tuple(replace(part, temper=wanted[part.name]) for part in parts))
-        is_bare = all(prior.length for prior in fitted.priors.values())  # but for the errors of curves
-        # Anew where the parameters may be far away.
-        fitted = fit_bare(recorded) if hotter and is_bare else fitted.again(recorded)
+        fitted = fitted.again(replace(fitted.recorded, parts=tuple(
+            replace(part, temper=wanted[part.name]) for part in parts)))
     return fitted
 
 
