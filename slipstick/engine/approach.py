@@ -22,30 +22,28 @@ _STEPS, _TRIALS, _AGAIN = 10, 4, 2
 """Most steps, most trials of each, and times that the worse half of the runs begins again."""
 _DRAWS, _WIDER = 64, 1.5
 """Points that are drawn for a run, and their spread over that of the others: these may be too much alike."""
+_LEAST = 1e-12
+"""Least variance of what is drawn, in the scale of a parameter: others may all have the same one."""
 _DAMPED, _LESS, _MORE = 1e-2, 0.2, 10.0
 """Damping to begin with, over the information on a parameter, and its factors after a gain and after a loss."""
 _GAINED = 2.0
 """Mean gain of a run in squares below which steps end: the fit of all runs together goes on from there."""
 
 
-def approach(recorded: Recorded, laws: Mapping[Pair, Candidate] | None = None, state: State | None = None) -> tuple[State, np.ndarray]:
-    """Return a state at which each run by itself is likely, and the squares (n,) that it leaves, over the samples.
+def approach(recorded: Recorded) -> tuple[State, np.ndarray]:
+    """Return a state without laws at which each run by itself is likely, and the squares (n,) that it leaves, over the
+    samples.
 
-    Laws are as they are in a state to begin with.
-
-    The prior of a parameter is its largest scatter about the mean, or about the nominal value.
+    The prior of a parameter is its largest scatter about the nominal value.
     """
-    laws = laws or {}
-    state, left = _descend(recorded, laws, state or begin(recorded))
+    state, left = _descend(recorded, {}, begin(recorded))
     random = np.random.default_rng(0)
     for _ in range(_AGAIN):
         worse = left > np.median(left)
         if not worse.any():
             break
-        rows = np.flatnonzero(worse)
-        taken, of_rows = recorded.take(rows), {pair: law.take(rows) for pair, law in laws.items()}
-        drawn = _draw(taken, of_rows, state.take(rows), state.points[~worse], random)
-        again, reached = _descend(taken, of_rows, drawn)
+        taken = recorded.take(np.flatnonzero(worse))
+        again, reached = _descend(taken, {}, _draw(taken, state.take(worse), state.points[~worse], random))
         is_better = reached < left[worse]
         points = state.points.copy()
         points[worse] = np.where(is_better[:, None], again.points, points[worse])
@@ -55,21 +53,20 @@ def approach(recorded: Recorded, laws: Mapping[Pair, Candidate] | None = None, s
 
 
 def approach_each(recorded: Recorded, laws: Mapping[Pair, Candidate], state: State) -> State:
-    """Return the state with points of each run by itself, where means, shared values and laws are kept."""
+    """Return a state with points of each run by itself, where means, shared values and laws are kept."""
     return _descend(recorded, laws, state)[0]
 
 
-def _draw(recorded: Recorded, laws: Mapping[Pair, Candidate], state: State, others: np.ndarray,
-          random: np.random.Generator) -> State:
+def _draw(recorded: Recorded, state: State, others: np.ndarray, random: np.random.Generator) -> State:
     """Return the state with the most likely ones of points that are drawn like those of other runs (m, r)."""
     n, count = state.points.shape
-    begins = replace(state, points=np.tile(np.median(others, axis=0), (n, 1)))
-    models = {part.name: fit_part(recorded, part, begins, laws) for part in recorded.parts}
-    spread = np.linalg.cholesky(np.cov(others, rowvar=False) + 1e-12 * np.eye(count))
-    best, points = np.full(n, np.inf), begins.points
+    middle = np.tile(np.median(others, axis=0), (n, 1))
+    models = [fit_part(recorded, part, replace(state, points=middle), {}) for part in recorded.parts]
+    spread = _WIDER * np.linalg.cholesky(np.cov(others, rowvar=False) + _LEAST * np.eye(count))
+    best, points = np.full(n, np.inf), middle
     for number in range(_DRAWS):
-        drawn = begins.points + (number > 0) * _WIDER * random.standard_normal((n, count)) @ spread.T
-        squares = sum(model.move(replace(begins, points=drawn)).gram[:, -1, -1] for model in models.values())
+        drawn = middle + (random.standard_normal((n, count)) @ spread.T if number else 0.0)
+        squares = np.sum([model.move(replace(state, points=drawn)).gram[:, -1, -1] for model in models], axis=0)
         gains = squares < best
         best, points = np.where(gains, squares, best), np.where(gains[:, None], drawn, points)
     return replace(state, points=points)
@@ -78,16 +75,15 @@ def _draw(recorded: Recorded, laws: Mapping[Pair, Candidate], state: State, othe
 def _descend(recorded: Recorded, laws: Mapping[Pair, Candidate], state: State) -> tuple[State, np.ndarray]:
     """Return the state after damped steps, and the squares (n,) that it leaves, over the number of samples."""
     n, random = len(recorded), len(recorded.random)
-    fixed = np.concatenate([state.shared, *(state.laws[pair] for pair in laws)])
     precision = np.array([1 / term.widest**2 for term in recorded.random])
     samples = np.maximum(np.sum([part.counted.sum(axis=(1, 2)) for part in recorded.parts], axis=0), 1)
     damping = np.full(n, _DAMPED)
 
     def weigh(models: Mapping[str, PartFit], points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return information (n, r, r), pull (n, r) and squares (n,) of models at points (n, r)."""
-        values = assemble(recorded, models, laws, replace(state, points=points)).values
+        values = assemble(recorded, models, {}, replace(state, points=points)).values
         with np.errstate(all="ignore"):  # infinite squares of a run are no step of it
-            left = np.concatenate([-points, np.tile(-fixed, (n, 1)), np.ones((n, 1))], axis=1)
+            left = np.concatenate([-points, np.tile(-state.shared, (n, 1)), np.ones((n, 1))], axis=1)
             against = (values @ left[:, :, None])[:, :, 0]
             squares = (left * against).sum(axis=1) + (points - state.means) ** 2 @ precision
         is_finite = np.isfinite(values).all(axis=(1, 2)) & np.isfinite(squares)
@@ -96,7 +92,7 @@ def _descend(recorded: Recorded, laws: Mapping[Pair, Candidate], state: State) -
         return information, pull, np.where(is_finite, squares, np.inf)
 
     for _ in range(_STEPS):
-        models = {part.name: fit_part(recorded, part, state, laws) for part in recorded.parts}
+        models = {part.name: fit_part(recorded, part, state, laws, is_fixed=True) for part in recorded.parts}
         information, pull, before = weigh(models, state.points)
         after = before
         for _ in range(_TRIALS):

@@ -177,14 +177,16 @@ def _read_own(problem: Problem, x: np.ndarray) -> dict[str, np.ndarray]:
     return {name: read(named, u, p) for name, read in problem.system.own.items()}
 
 
-def build_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate]) -> PartModel:
-    """Return the linear model of a part with the `laws` of a state."""
+def build_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate],
+               is_fixed: bool = False) -> PartModel:
+    """Return the linear model of a part with the `laws` of a state, which have no rows if they are fixed."""
     model = predict_part(recorded, part, state, laws)
     model = replace(model, whitening=Whitening.of(part.counted, part.sensors, part.loudness, model.find_carried()))
     terms = [term for term in (*recorded.random, *recorded.shared) if touches(term, part)]
+    varied = {} if is_fixed else model.laws
     keys = tuple(dict.fromkeys([key_of_term(term) for term in terms]
-                               + [key_of_law(law, part) for law in model.laws.values() if is_between(law)]))
-    within = {pair: law for pair, law in model.laws.items() if not is_between(law)}
+                               + [key_of_law(law, part) for law in varied.values() if is_between(law)]))
+    within = {pair: law for pair, law in varied.items() if not is_between(law)}
     ends = len(keys) + np.cumsum([0, *(law.count for law in within.values())])
     places = {pair: slice(first, last) for pair, first, last in zip(within, ends[:-1], ends[1:], strict=True)}
     columns = mapped(call, [*(partial(_row, model, key, recorded) for key in keys),

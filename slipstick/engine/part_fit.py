@@ -32,7 +32,7 @@ class PartFit:
 
     What it has is that of a `PartModel`, but of all n runs: products `gram` (n, r + 1, r + 1) of rows with `keys` and
     `places`, and `noisy` and `predicted` signals (n, o, k). `held` are the models of the first
-    chunks.
+    chunks. Laws that are fixed have no rows.
     """
 
     recorded: Recorded
@@ -46,6 +46,7 @@ class PartFit:
     noisy: np.ndarray
     predicted: np.ndarray
     held: tuple[PartModel, ...] = ()
+    is_fixed: bool = False
 
     @property
     def residual(self) -> np.ndarray:
@@ -67,7 +68,8 @@ class PartFit:
     def move(self, state: State) -> "PartFit":
         """Return the model at another state, with the same columns and the same response to noise."""
         held = [*self.held, *(None for _ in self._slices()[len(self.held):])]
-        chunks = self._spread(_move, lambda rows, number: (self.built.take(rows), state.take(rows), held[number]))
+        chunks = self._spread(_move, lambda rows, number: (self.built.take(rows), state.take(rows), held[number],
+                                                        self.is_fixed))
         return replace(_gather(replace(self, state=state), chunks), held=self.held)
 
     def own(self) -> dict[str, np.ndarray]:
@@ -110,14 +112,15 @@ class PartFit:
         return _spread(self.recorded, self.part, self.laws, function, give)
 
 
-def fit_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate]) -> PartFit:
+def fit_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate],
+             is_fixed: bool = False) -> PartFit:
     """Return the linear model of a part with the `laws` of a state, with columns as far as there is room for them."""
     laws = {pair: law for pair, law in laws.items() if part.name in law.variables}
     held = 0 if recorded.executor else _count_held(recorded, part, laws)
     nothing = np.empty(0)
-    empty = PartFit(recorded, part, laws, state, state, (), {}, nothing, nothing, nothing)
+    empty = PartFit(recorded, part, laws, state, state, (), {}, nothing, nothing, nothing, is_fixed=is_fixed)
     return _gather(empty, _spread(recorded, part, laws, _build, lambda rows, number: (
-        state.take(rows), number < held)))
+        state.take(rows), number < held, is_fixed)))
 
 
 def _list_slices(part: Part) -> list[slice]:
@@ -171,13 +174,14 @@ def _summarize(model: PartModel, recorded: Recorded, is_held: bool) -> PartFit:
                    model.noisy, model.predicted, (slim,) if is_held else ())
 
 
-def _build(recorded: Recorded, part: Part, laws: Mapping[Pair, Candidate], state: State, is_held: bool) -> PartFit:
-    return _summarize(build_part(recorded, part, state, laws), recorded, is_held)
+def _build(recorded: Recorded, part: Part, laws: Mapping[Pair, Candidate], state: State, is_held: bool,
+           is_fixed: bool) -> PartFit:
+    return _summarize(build_part(recorded, part, state, laws, is_fixed), recorded, is_held)
 
 
 def _move(recorded: Recorded, part: Part, laws: Mapping[Pair, Candidate], built: State, state: State,
-          held: PartModel | None) -> PartFit:
-    model = held or build_part(recorded, part, built, laws)
+          held: PartModel | None, is_fixed: bool) -> PartFit:
+    model = held or build_part(recorded, part, built, laws, is_fixed)
     return _summarize(move_part(recorded, model, state), recorded, is_held=False)
 
 

@@ -23,8 +23,8 @@ _LANES = 256
 
 @dataclass(frozen=True, eq=False)
 class _Derivatives:
-    """Derivatives with q values: of the rates at the `ends` (q, n, d, K) and in the `middles` (q, n, d, K - 1) of steps,
-    and of the `outputs` (q, n, o, K)."""
+    """Derivatives with q values: of the rates at the `ends` (q, n, d, K) of steps and in their `middles` (q, n, d,
+    K - 1), and of the `outputs` (q, n, o, K)."""
 
     ends: np.ndarray
     middles: np.ndarray

@@ -63,4 +63,4 @@ def test_runs_that_steps_of_all_drive_away_are_fitted_from_where_each_is_by_itse
     before, after = (each.chi_square["clutch"].max() for each in (together, apart))
     assert before > 200
     assert after < 7  # an effect is missing in these recordings
-    assert np.abs(apart.state.points).max() < 0.6  # none is at the end of what a parameter may change
+    assert np.abs(apart.state.points).max() < 0.8  # none is at the end of what a parameter may change

@@ -55,7 +55,8 @@ def compare(whole: Fit, other: Fit) -> None:
             np.testing.assert_allclose(there.own()[variable], values, atol=1e-3 * np.ptp(values))
     own = {name: model.own() for name, model in whole.models.items()}
     candidates = list_candidates(whole.recorded, own)
-    gains, others = ({each.candidate.pair: each.nats for each in screen(each_fit, candidates, multiply(each_fit.models, candidates))}
+    gains, others = ({each.candidate.pair: each.nats for each in
+                      screen(each_fit, candidates, multiply(each_fit.models, candidates))}
                      for each_fit in (whole, other))
     assert others == pytest.approx(gains, rel=1e-2, abs=0.1)
 
