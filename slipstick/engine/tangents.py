@@ -32,7 +32,7 @@ class _Derivatives:
 
 
 class Tangents:
-    """Derivatives along the states `x` (n, d, K) of a problem without surfaces and lowest values, recorded on tapes."""
+    """Derivatives along the states `x` (n, d, K) of a recorded problem without surfaces, above their lowest values."""
 
     def __init__(self, problem: Problem, x: np.ndarray) -> None:
         self.problem, self.x = problem, np.ascontiguousarray(x)

@@ -7,7 +7,8 @@ A Runge-Kutta step maps the states at an instant to those at the next one, with 
 All parameters, laws and errors are changes of quantities, inputs or parameters, so that every column of a linear model
 is one linear response along the trajectory. The derivatives of a step are those of a step of the linearised equations,
 whose coefficients are numerical derivatives of the rates at its begin, middle and end. A state meets a surface, or its
-lowest value, anywhere within a step: where a system has these, the step itself is differentiated.
+lowest value, anywhere within a step: where a system has surfaces, or a state is at its lowest value, the step itself is
+differentiated.
 """
 
 from dataclasses import dataclass, field, replace
@@ -75,7 +76,8 @@ class Trajectory:
     @cached_property
     def _slopes(self) -> _Slopes:
         system = self.problem.system
-        is_smooth = not system.switches and not np.isfinite(system.lowest).any()
+        lowest = np.array(system.lowest or (-np.inf,) * self.x.shape[1])
+        is_smooth = not system.switches and not (self.x <= lowest[:, None]).any()
         return Tangents(self.problem, self.x) if is_smooth and isinstance(self.stepper, _OnTape) else _Differences(self)
 
     @cached_property
