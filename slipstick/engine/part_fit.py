@@ -68,8 +68,8 @@ class PartFit:
     def move(self, state: State) -> "PartFit":
         """Return the model at another state, with the same columns and the same response to noise."""
         held = [*self.held, *(None for _ in self._slices()[len(self.held):])]
-        chunks = self._spread(_move, lambda rows, number: (self.built.take(rows), state.take(rows), held[number],
-                                                        self.is_fixed))
+        chunks = self._spread(_move, lambda rows, number: (
+            self.built.take(rows), state.take(rows), held[number], self.is_fixed))
         return replace(_gather(replace(self, state=state), chunks), held=self.held)
 
     def own(self) -> dict[str, np.ndarray]:

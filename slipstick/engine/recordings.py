@@ -131,7 +131,8 @@ class Part:
 
     def end(self) -> "Part":
         """Return the part up to the last sample that counts in any run: nothing behind it is compared."""
-        samples = min(int(np.flatnonzero(self.counted.any(axis=(0, 1)))[-1]) + 1 + _LATEST, self.measured.shape[2])
+        counted, size = np.flatnonzero(self.counted.any(axis=(0, 1))), int(self.measured.shape[2])
+        samples = min(int(counted[-1]) + 1 + _LATEST, size) if len(counted) else size
         instants = self.fine * (samples - 1) + 1
         return replace(self, inputs={name: np.ascontiguousarray(value[:, :instants])
                                      for name, value in self.inputs.items()},

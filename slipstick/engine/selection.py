@@ -25,9 +25,9 @@ _LEAST_CHI = 1e-3
 """Least chi-square of a run: one without samples that count has none."""
 _TEMPERED = 6
 """Most rounds in which what a part leaves is found to count as noise."""
-_RENEWED = 1, 2
-"""Times that noise and explained signals follow from a fit, without drawn states and with these: what a drawn state has
-of its own noise fades each time."""
+_RENEWED = 2
+"""Times that noise and explained signals follow from a fit: what a drawn state has of its own noise fades each time,
+and the noise of a part is that which it leaves with explained inputs."""
 _ROUGH = 0.005
 """Nats that a step of a trial may still promise, over those that its candidate gains by a linear model."""
 _TIED = 0.8
@@ -166,7 +166,7 @@ class _Search:
     def _accept(self, better: Fit) -> None:
         """Take a fit with a further law, and search the groups again that read what it explains."""
         better = temper(better, self.settings).restart()
-        for _ in range(_count_renewals([better])):  # with the law, the part explains its signals, and shows their noise
+        for _ in range(_RENEWED):  # with the law, the part explains its signals, and shows their noise
             better = _renew([better], [better], self.settings)[0]
         last, better = self.findings[-1], self._drop_redundant(better)
         # Other groups read its signals, or have candidates over them.
@@ -295,7 +295,7 @@ def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:
             fitted = max(fitted, anew, key=lambda each: each.untempered)
         fits.append(fitted)
         explained |= _explain_signals(fitted, settings)
-    for number in range(1 + _count_renewals(fits)):
+    for number in range(1 + _RENEWED):
         if number:  # bad runs have a share in the noise that the signals show
             fits = _renew(fits, fits, settings)
         while len(bad := _find_bad(fits, settings)) and len(recorded) - len(fits[0].recorded) + len(bad) <= most:
@@ -356,10 +356,6 @@ def _renew(fits: Sequence[Fit], shown: Sequence[Fit], settings: EngineSettings) 
         is_fitted = each in quiet or reads
         renewed.append(temper(each.again(recorded), settings) if is_fitted else replace(each, recorded=recorded))
     return renewed
-
-
-def _count_renewals(fits: Sequence[Fit]) -> int:
-    return _RENEWED[any(part.drawn for each in fits for part in each.recorded.parts)]
 
 
 def _explain_signals(fitted: Fit, settings: EngineSettings) -> dict[str, np.ndarray]:

@@ -186,6 +186,8 @@ class MachineStudyResult:
 @dataclass(frozen=True)
 class ShownRun:
     """A run, numbered from 0 as recorded: what was `measured` of each signal and what the models have, at `time` in s.
+
+    A signal ends where no sample of it counts any more in any run.
     """
 
     run: int

@@ -35,7 +35,7 @@ def _draw_overlay(result: MachineStudyResult, figures: MachineFigures) -> Spec |
 
     def error(shown: ShownRun, who: str, signal: str) -> float:
         pairs = zip(shown.measured[signal], shown.models[who][signal], strict=True)
-        return math.sqrt(sum((here - there) ** 2 for here, there in pairs) / len(shown.time))
+        return math.sqrt(sum((here - there) ** 2 for here, there in pairs) / len(shown.measured[signal]))
 
     def fall(place: tuple[ShownRun, str]) -> float:
         before, *after = (error(place[0], who, place[1]) ** 2 for who in place[0].models)
@@ -48,7 +48,7 @@ def _draw_overlay(result: MachineStudyResult, figures: MachineFigures) -> Spec |
         f", and by {value} with what was found" for value in after)
     colours, noise = _name_models(shown), units.with_unit(units.number(result.noise[signal], 2), unit)
     return draw_overlay(title, f"Root mean square. The noise of a sample is {noise}.", Overlay(
-        shown.time, shown.measured[signal],
+        shown.time[:len(shown.measured[signal])], shown.measured[signal],
         {label: (curve[signal], hue)
          for (label, hue), curve in zip(colours.items(), shown.models.values(), strict=True)},
         signal if unit in ("", "1") else f"{signal} [{unit}]", result.noise[signal],
@@ -91,11 +91,12 @@ def _draw_panel(result: MachineStudyResult, shown: ShownRun, signal: str, differ
     labels = [label for label in colours if label != _MEASURED]
     curves = dict(zip(labels, shown.models.values(), strict=True))
     measured = shown.measured[signal]
+    time = shown.time[:len(measured)]
     rows = [{"t": t, "y": theme.rounded(here - value if difference else value), "series": label}
             for label, curve in curves.items()
-            for t, here, value in zip(shown.time, measured, curve[signal], strict=True)]
+            for t, here, value in zip(time, measured, curve[signal], strict=True)]
     if not difference:
-        rows += [{"t": t, "y": value, "series": _MEASURED} for t, value in zip(shown.time, measured, strict=True)]
+        rows += [{"t": t, "y": value, "series": _MEASURED} for t, value in zip(time, measured, strict=True)]
     title = f"{signal} [{units.raised(unit)}]" if unit not in ("", "1") else signal
     x: Spec = {"field": "t", "type": "quantitative", "title": "time [s]" if is_last else None,
                "scale": {"nice": False}, "axis": {"grid": False, "labels": is_last, "ticks": is_last, "tickCount": 5}}

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from slipstick.errors import BadRecording, InvalidValue, UnknownName
 from slipstick.interface.machine_study import MachineStudy
 from slipstick.machine import Effect, Kind, Machine, Runs, list_experiments
 from slipstick.machine_studies import MachineStudyResult, study_machine
+from slipstick.pictures.machine_study import machine_pictures
 from slipstick.report import made
 from slipstick.report.calibration import calibration_page
 from slipstick.report.machine_study import advise, coefficient_table, sections, warnings
@@ -42,6 +44,27 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in ("mine", "bench"):
         slipstick.simulate(Machine.open(folder / f"{name}.py"), runs=24, seed=4).save(folder / f"of_{name}.h5")
     return folder
+
+
+@pytest.mark.parametrize("counts", [lambda u: u.time < 60, lambda u: np.zeros(u.time.shape, bool)],
+                         ids=["ends early", "never"])
+def test_a_block_ends_where_no_sample_counts_any_more_and_is_shown_to_there(
+        counts: Callable[[Any], Any]) -> None:
+    opened = Machine.open("heated_plate")
+    machine = replace(opened, blocks=tuple(replace(block, window=counts) if block.name == "fan" else block
+                                           for block in opened.blocks))
+    experiments = list_experiments(opened)
+    runs = simulate_runs(opened, experiments.take(np.arange(12) % len(experiments)), seed=5)
+    result, figures = study_machine(machine, runs)
+    assert [block.name for block in result.blocks] == ["fan", "plate"]
+    assert not result.findings
+    pictures = machine_pictures(result, figures)
+    assert "signals" in pictures
+    for shown in figures.runs:
+        ends = {signal: shown.time[len(values) - 1] for signal, values in shown.measured.items()}
+        assert ends["temperature"] == shown.time[-1]
+        assert ends["air speed"] == (pytest.approx(60, abs=12) if counts(SimpleNamespace(time=np.zeros(1)))
+                                     else shown.time[-1])
 
 
 @pytest.fixture(scope="module")
