@@ -126,3 +126,15 @@ def test_what_several_candidates_are_over_is_sent_once(
     alone, remote.sent = remote.sent, 0
     model.multiply([candidate, replace(candidate, pair=("another", "pair"))])
     assert remote.sent - alone < values.nbytes / 2
+
+
+def test_runs_that_are_taken_from_a_fit_are_those_of_a_fit_of_them(recorded: Recorded, whole: Fit) -> None:
+    rows = np.array([0, 2, 3, 4, 6, 7, 8, 10])
+    taken = whole.take(rows)
+    assert taken.converged
+    anew = fit_bare(recorded.groups()[0].take(rows))
+    assert taken.evidence == pytest.approx(anew.evidence, abs=1)
+    np.testing.assert_allclose(taken.means, anew.means, atol=1e-3)
+    for name, chi in anew.chi_square.items():
+        np.testing.assert_allclose(taken.chi_square[name], chi, atol=0.02)
+        np.testing.assert_array_equal(taken.models[name].predicted, whole.models[name].predicted[rows])

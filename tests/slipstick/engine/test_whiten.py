@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import block_diag
 
 from slipstick.engine.noise import Noise, draw_noise
-from slipstick.engine.whitening import CarriedNoise, Whitening
+from slipstick.engine.whitening import CarriedNoise, Whitening, join_steps
 
 SENSORS = Noise(0.5, 0.6), Noise(2.0, -0.3)
 INPUTS = Noise(0.4, 0.8), Noise(1.5, 0.0)
@@ -164,3 +164,24 @@ def test_the_unit_of_a_column_is_that_of_the_sensor() -> None:
     np.testing.assert_allclose(whiten(1e3 * columns, counted, [Noise(500.0, 0.6)], LOUD[:, :1]), white)
     np.testing.assert_allclose(whiten(columns, counted, [Noise(5.0, 0.6)], LOUD[:, :1]), white / 10)
     np.testing.assert_allclose(whiten(columns, counted, [Noise(0.5, 0.6)], 10 * LOUD[:, :1]), white / 10)
+
+
+@pytest.mark.parametrize("fine", [1, 2, 5])
+def test_joined_steps_carry_noise_as_each_of_the_steps_does(fine: int) -> None:
+    """Of noise that is linear between the samples, and of which a share passes at each instant."""
+    rng, (n, samples, d, r) = np.random.default_rng(fine), (3, 6, 2, 2)
+    steps = fine * (samples - 1)
+    A, B = rng.uniform(-0.6, 0.8, (n, steps, d, d)), rng.standard_normal((r, n, steps, 2, d))
+    passed, noise = rng.uniform(0.5, 1, (r, n, steps + 1)), rng.standard_normal((r, n, samples))
+    A_joined, F, G = join_steps(A, B, passed, fine)
+    for run in range(n):
+        x, joined = rng.standard_normal((2, d)) * [[1], [0]]
+        joined[:] = x
+        between = np.stack([np.interp(np.arange(steps + 1) / fine, np.arange(samples), row[run]) for row in noise])
+        acting = between * passed[:, run]
+        for t in range(samples - 1):
+            for j in range(t * fine, (t + 1) * fine):
+                x = A[run, j] @ x + sum(B[source, run, j, 0] * acting[source, j]
+                                        + B[source, run, j, 1] * acting[source, j + 1] for source in range(r))
+            joined = A_joined[run, t] @ joined + F[run, t] @ noise[:, run, t] + G[run, t] @ noise[:, run, t + 1]
+            np.testing.assert_allclose(joined, x, atol=1e-12)
