@@ -211,13 +211,16 @@ class _Solved:
 
 def _solve(recorded: Recorded, models: Mapping[str, PartFit], laws: Mapping[Pair, Candidate],
            priors: Mapping[Pair, Prior], variance: np.ndarray, state: State) -> _Solved | None:
-    """Solve the linear mixed model of models about a state; None where it is not finite."""
+    """Solve the linear mixed model of models about a state; None where it has no finite solution."""
     products = assemble(recorded, models, laws, state)
     if not np.isfinite(products.values).all():
         return None
-    adapted = adapt_priors(products, laws, priors, variance)
-    gram, turn = products.gram([adapted[pair].root(law) for pair, law in laws.items()])
-    fitted = estimate(gram, variance)
+    try:
+        adapted = adapt_priors(products, laws, priors, variance)
+        gram, turn = products.gram([adapted[pair].root(law) for pair, law in laws.items()])
+        fitted = estimate(gram, variance)
+    except np.linalg.LinAlgError:  # of values so large that no digit of the priors is left
+        return None
     promised = fitted.posterior - fitted.at(_inside(turn, fitted, state, laws)).posterior
     variance = np.clip(fitted.variance, _LEAST * gram.widest**2, gram.widest**2)
     return _Solved(state, products, adapted, fitted, turn, variance, promised)

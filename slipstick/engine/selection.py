@@ -244,7 +244,7 @@ class _Search:
                            needed=base.evidence + _TIED * reached)
         if not full.converged and full.evidence + HOPED * full.promised > base.evidence + _TIED * reached:
             state = approach_each(full.recorded, full.laws, full.solution)
-            full = max(full, full.beside({}, {}, state), key=lambda each: each.evidence)
+            full = full.restart(state, full.fitted.variance)
         return self._judge(candidate, full, base, groups)
 
     def _finish(self, trial: _Trial) -> _Trial:

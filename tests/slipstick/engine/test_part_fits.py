@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from slipstick.engine import fit as fits
 from slipstick.engine import part_fit
 from slipstick.engine.evidence import multiply, screen
 from slipstick.engine.fit import Fit
@@ -18,6 +19,7 @@ from slipstick.engine.preparation import prepare
 from slipstick.engine.recordings import Recorded
 from slipstick.engine.selection import fit_bare
 from slipstick.engine.simulation import simulate_runs
+from slipstick.errors import InvalidValue
 from slipstick.machine import list_experiments, open_machine
 
 TABLES = Path(__file__).parents[3] / "tables" / "machines"
@@ -126,6 +128,17 @@ def test_what_several_candidates_are_over_is_sent_once(
     alone, remote.sent = remote.sent, 0
     model.multiply([candidate, replace(candidate, pair=("another", "pair"))])
     assert remote.sent - alone < values.nbytes / 2
+
+
+def test_a_fit_is_kept_where_another_one_has_no_solution(whole: Fit, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Values may be finite, and so large that no digit of the priors is left."""
+    def fail(*_: Any, **__: Any) -> Any:
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    monkeypatch.setattr(fits, "estimate", fail)
+    assert whole.restart() is whole
+    with pytest.raises(InvalidValue, match="no finite solution"):
+        whole.beside({}, {})
 
 
 def test_runs_that_are_taken_from_a_fit_are_those_of_a_fit_of_them(recorded: Recorded, whole: Fit) -> None:
