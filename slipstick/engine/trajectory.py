@@ -5,10 +5,8 @@ A Runge-Kutta step maps the states at an instant to those at the next one, with 
     x_{j+1} = step(x_j, u_j, u_{j+1}, q_j, q_{j+1}, p)
 
 All parameters, laws and errors are changes of quantities, inputs or parameters, so that every column of a linear model
-is one linear response along the trajectory. The derivatives of a step are those of a step of the linearised equations,
-whose coefficients are numerical derivatives of the rates at its begin, middle and end. A state meets a surface, or its
-lowest value, anywhere within a step: where a system has surfaces, or a state is at its lowest value, the step itself is
-differentiated.
+is one linear response along the trajectory. Its derivatives are exact (tangents.py), but where a system has surfaces,
+or a state is at its lowest value: a state meets these anywhere within a step, so that the step itself is differentiated.
 """
 
 from dataclasses import dataclass, field, replace
@@ -112,7 +110,6 @@ class Trajectory:
         out = np.empty((n, m, self.outputs.shape[1], size))
         respond(self.A, direction.B, self.C, direction.D, direction.S, np.ascontiguousarray(basis, dtype=float), out)
         return out
-
 
     def respond_to_parameter(self, name: str, size: float) -> np.ndarray:
         """Return the changes (n, 1, o, K) of the outputs with a parameter of typical `size`."""
