@@ -6,7 +6,7 @@ A Runge-Kutta step maps the states at an instant to those at the next one, with 
 
 All parameters, laws and errors are changes of quantities, inputs or parameters, so that every column of a linear model
 is one linear response along the trajectory. Its derivatives are exact (tangents.py), but where a system has surfaces,
-or a state is at its lowest value: a state meets these anywhere within a step, so that the step itself is differentiated.
+or a state is at its lowest value: it meets these anywhere within a step, so that the step itself is differentiated.
 """
 
 from dataclasses import dataclass, field, replace
