@@ -10,7 +10,7 @@ from slipstick.engine.approach import approach, approach_each
 from slipstick.engine.disturbances import estimate_disturbances
 from slipstick.engine.equations import refine
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, multiply, screen
-from slipstick.engine.fit import HOPED, SETTLED, Fit, fit, join, join_recorded
+from slipstick.engine.fit import HOPED, SETTLED, Fit, begin, fit, join, join_recorded
 from slipstick.engine.laws import CONSTANT, FINER, Candidate, list_candidates, list_curves
 from slipstick.engine.model import State, nominal_own_values
 from slipstick.engine.noise import Noise, bound_noise, draw_noise, estimate_loudness, estimate_residual_noise
@@ -282,7 +282,7 @@ def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:
     waiting = recorded.groups()
     while waiting:
         group = explain(waiting.pop(0), explained)
-        fitted = temper(fit_bare(group), settings)
+        fitted = temper(fit_bare(group), settings, begin(group))
         if any(part.temper > 1 for part in fitted.recorded.parts) or len(_find_bad([fitted], settings)):
             state, left = approach(group)
             bad = _choose_worst(_deviate(np.log(np.maximum(left, _LEAST_CHI)), settings.least_spread), settings)
@@ -291,7 +291,7 @@ def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:
                 group, state, fitted = group.take(kept), state.take(kept), fitted.take(kept)
                 fits, waiting = [each.take(kept) for each in fits], [each.take(kept) for each in waiting]
                 explained = {name: signal[kept] for name, signal in explained.items()}
-            anew = temper(fit_bare(group, state, state.points.var(axis=0)), settings)
+            anew = temper(fit_bare(group, state, state.points.var(axis=0)), settings, state)
             fitted = max(fitted, anew, key=lambda each: each.untempered)
         fits.append(fitted)
         explained |= _explain_signals(fitted, settings)
@@ -305,11 +305,12 @@ def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:
     return fits
 
 
-def temper(fitted: Fit, settings: EngineSettings) -> Fit:
+def temper(fitted: Fit, settings: EngineSettings, origin: State | None = None) -> Fit:
     """Return a fit in which what the parts leave beyond noise counts as noise.
 
     Parameters are not driven far away by what is missing, and what a law leaves of a strong effect is weighed by its
-    own size (quasi-likelihood: McCullagh and Nelder, Generalized Linear Models, 1989, chapter 9).
+    own size (quasi-likelihood: McCullagh and Nelder, Generalized Linear Models, 1989, chapter 9). A fit without laws
+    that may already be far away begins again at its `origin`.
     """
     for _ in range(_TEMPERED):
         wanted = {name: max(1.0, _trim(chi, settings.most_outlying)) for name, chi in fitted.chi_square.items()}
@@ -317,8 +318,9 @@ def temper(fitted: Fit, settings: EngineSettings) -> Fit:
         parts = fitted.recorded.parts
         if all(abs(np.log(wanted[part.name] / part.temper)) < settings.unexplained for part in parts):
             break
-        fitted = fitted.again(replace(fitted.recorded, parts=tuple(
-            replace(part, temper=wanted[part.name]) for part in parts)))
+        hotter = any(wanted[part.name] > 2 * part.temper for part in parts)
+        recorded = replace(fitted.recorded, parts=tuple(replace(part, temper=wanted[part.name]) for part in parts))
+        fitted = fit_bare(recorded, origin) if hotter and origin is not None else fitted.again(recorded)
     return fitted
 
 
