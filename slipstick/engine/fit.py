@@ -85,12 +85,6 @@ class Fit:
                 for (name, squares), model in zip(self.squares.items(), self.models.values(), strict=True)}
 
     @property
-    def untempered(self) -> float:
-        """Evidence in nats that is comparable with that of fits in which other shares of what is left are noise."""
-        return self.evidence - 0.5 * sum(float(np.log(part.temper)) * int(part.counted.sum())
-                                         for part in self.recorded.parts)
-
-    @property
     def solution(self) -> State:
         """The state to which the linear model leads."""
         return _moved(self.recorded, self.laws, self.fitted, self.turn, self.state)

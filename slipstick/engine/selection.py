@@ -284,15 +284,14 @@ def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:
         group = explain(waiting.pop(0), explained)
         fitted = temper(fit_bare(group), settings, begin(group))
         if any(part.temper > 1 for part in fitted.recorded.parts) or len(_find_bad([fitted], settings)):
-            state, left = approach(group)
+            state, left = approach(fitted.recorded)
             bad = _choose_worst(_deviate(np.log(np.maximum(left, _LEAST_CHI)), settings.least_spread), settings)
             if len(recorded) - len(group) + len(bad) <= most:  # no step of all runs is one of these as well
                 kept = np.delete(np.arange(len(group)), bad)
-                group, state, fitted = group.take(kept), state.take(kept), fitted.take(kept)
+                state, fitted = state.take(kept), fitted.take(kept)
                 fits, waiting = [each.take(kept) for each in fits], [each.take(kept) for each in waiting]
                 explained = {name: signal[kept] for name, signal in explained.items()}
-            anew = temper(fit_bare(group, state, state.points.var(axis=0)), settings, state)
-            fitted = max(fitted, anew, key=lambda each: each.untempered)
+            fitted = temper(fitted.restart(state, state.points.var(axis=0)), settings)
         fits.append(fitted)
         explained |= _explain_signals(fitted, settings)
     for number in range(1 + _RENEWED):
