@@ -13,7 +13,7 @@ from evidence import __main__ as evidence
 from evidence import pages
 from evidence.real import command, emps, pneumatic_seals, sum_terms
 from evidence.real.measured import Expected, plot_law, state_law
-from slipstick.engine.evidence import screen
+from slipstick.engine.evidence import multiply, screen
 from slipstick.engine.laws import list_candidates
 from slipstick.engine.recordings import Recorded
 from slipstick.engine.selection import settle
@@ -71,7 +71,8 @@ def test_a_law_and_parameters_that_replace_each_other_are_known_in_their_sum(
     pair, velocity = ("friction force", "velocity"), np.array([-0.1, -0.05, 0.05, 0.1])
     candidate, = (each for each in list_candidates(bare.recorded, {"drive": bare.models["drive"].own()})
                   if each.pair == pair)
-    fitted = bare.beside({pair: candidate}, {pair: screen(bare, [candidate])[0].prior})
+    screened, = screen(bare, [candidate], multiply(bare.models, [candidate]))
+    fitted = bare.beside({pair: candidate}, {pair: screened.prior})
 
     value, std = sum_terms(fitted, pair, velocity, {"viscous friction": velocity, "offset": np.ones(4)})
     viscous, = (each for each in estimate_parameters(fitted) if each.name == "viscous friction")
