@@ -263,7 +263,7 @@ def _pose(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Cand
     driving, inner = dict(part.inputs), list[OwnLaw]()
     for signal, name in part.read.items():  # late
         driving[name] = late(part.inputs[name], -part.fine * _clock(recorded, clock_of(part, signal), state), 1)
-    size = next(iter(part.inputs.values())).shape[1] if part.inputs else part.instants
+    size = part.instants
     for pair, law in laws.items():
         kind, name = key_of_law(law, part)
         if kind == "sensor":
@@ -314,8 +314,7 @@ def _row(model: PartModel, key: Key, recorded: Recorded) -> np.ndarray:
         change = model.trajectory.respond_to_parameter(name, _typical(recorded, model, key))
         return _read(model, _unit(recorded, model, key)[..., None] * change)
     if kind != "clock":
-        changed = np.broadcast_to(_unit(recorded, model, key), (n, 1, size))
-        return _respond(model, kind, name, _typical(recorded, model, key), changed)
+        return _respond(model, kind, name, _typical(recorded, model, key), np.ones((n, 1, size)))
     names = (*part.signals, *part.noise)
     place = [clock_of(part, signal) for signal in names].index(name)
     if place >= o:
@@ -338,9 +337,7 @@ def _respond_to_clock(model: PartModel, name: str, clock: float) -> np.ndarray:
 
 
 def _unit(recorded: Recorded, model: PartModel, key: Key) -> np.ndarray:
-    """Return the changes (n, 1, 1) of what a term or a law changes with its coefficient."""
-    if key[0] != "parameter":
-        return np.ones((1, 1, 1))
+    """Return the changes (n, 1, 1) of a parameter with the coefficient of its term."""
     term = _term_of(recorded, key)
     if term.is_factor:
         return np.asarray(model.trajectory.problem.parameters[term.place])[:, :, None]

@@ -145,7 +145,7 @@ def evaluate(tape, first, last, R, count):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _fill_constants(tape, P, first, runs, together, R):  # type: ignore[no-untyped-def]
+def fill_constants(tape, P, first, runs, together, R):  # type: ignore[no-untyped-def]
     """Fill the rows of what is constant in a run, of literals, and of what follows from both, for several instants."""
     literals, at = tape[7], tape[12]
     for row in range(len(P)):
@@ -313,7 +313,7 @@ def follow(tape, P, V, start, h, X):  # type: ignore[no-untyped-def]
     work = _make_work(d, _LANES)
     for first in range(0, n, _LANES):
         count = min(_LANES, n - first)
-        _fill_constants(tape, P, first, count, min(1, count), R)
+        fill_constants(tape, P, first, count, min(1, count), R)
         for state in range(d):
             for g in range(count):
                 x[state, g] = start[state, first + g]
@@ -344,7 +344,7 @@ def step_all(tape, P, V, X, shift, change, h, out):  # type: ignore[no-untyped-d
     for first in range(0, n, _LANES):
         runs = min(_LANES, n - first)
         together = _LANES // runs
-        _fill_constants(tape, P, first, runs, together, R)
+        fill_constants(tape, P, first, runs, together, R)
         for j in range(0, size - 1, together):
             instants = min(together, size - 1 - j)
             _gather(V, j, instants, first, runs, begin)
@@ -375,9 +375,9 @@ def read_all(tape, rates, P, V, X, shift, change, out):  # type: ignore[no-untyp
     for first in range(0, n, _LANES):
         runs = min(_LANES, n - first)
         together = _LANES // runs
-        _fill_constants(tape, P, first, runs, together, R)
+        fill_constants(tape, P, first, runs, together, R)
         if len(switches):
-            _fill_constants(rates, P, first, runs, together, S)
+            fill_constants(rates, P, first, runs, together, S)
         for j in range(0, size, together):
             instants = min(together, size - j)
             count = instants * runs

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from slipstick.engine.equations import Problem
-from slipstick.engine.stepping import evaluate
+from slipstick.engine.stepping import evaluate, fill_constants
 from slipstick.engine.tape import Layout, Name, Tape, list_values, pack, record_equations
 
 _LANES = 256
@@ -37,10 +37,16 @@ class Tangents:
     def __init__(self, problem: Problem, x: np.ndarray) -> None:
         self.problem, self.x = problem, np.ascontiguousarray(x)
         self.h = np.ascontiguousarray(np.broadcast_to(problem.h, (x.shape[2] - 1,)), dtype=float)
-        names = list_values(problem)
-        self.parameters: list[Name] = [name for name in names if name[0] == "parameter"]
-        self.quantities: list[Name] = [name for name in names if name[0] == "quantity"]
-        self.inputs: list[Name] = [name for name in names if name[0] == "input"]
+        values, (n, size) = list_values(problem), problem.shape
+        self.parameters, self.quantities, self.inputs = (
+            [name for name in values if name[0] == kind] for kind in ("parameter", "quantity", "input"))
+        self.layout = Layout.of(problem, is_whole=True)
+        self.P = np.empty((len(self.layout.constant), n))
+        self.V = np.empty((len(self.layout.driven), n, size))
+        for row, name in enumerate(self.layout.constant):
+            self.P[row] = np.reshape(values[name], -1)
+        for row, name in enumerate(self.layout.driven):
+            self.V[row] = values[name]
 
     def with_states(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the derivatives (n, K - 1, d, d) of the steps and (n, o, K, d) of the outputs with the states."""
@@ -79,8 +85,28 @@ class Tangents:
         return self._differentiate(self.quantities)
 
     def _differentiate(self, names: Sequence[Name | int]) -> _Derivatives:
-        ends, middles = differentiate(self.problem, "rate", self.x, names)
-        return _Derivatives(ends, middles, differentiate(self.problem, "output", self.x, names)[0])
+        return _Derivatives(*self.differentiate("rate", names), self.differentiate("output", names)[0])
+
+    def differentiate(self, what: Literal["rate", "output"],
+                      names: Sequence[Name | int]) -> tuple[np.ndarray, np.ndarray]:
+        """Return the derivatives (q, n, r, K) of the rates or outputs, and those (q, n, r, K - 1) of the rates in the
+        middle of each step, at states on the cubic line with the rates of both ends (Hermite).
+
+        These are with values, by their names, or with states, by their places.
+        """
+        tape = record_equations(self.problem, self.layout, what)
+        assert isinstance(tape, Tape)  # as those that are stepped
+        rows = {name: row for row, name in enumerate((*self.layout.constant, *self.layout.driven))}
+        first = len(rows) + 1
+        seeds = np.array([first + name if isinstance(name, int) else rows[name] for name in names], np.int64)
+        paths = [tape.paths[seed] for seed in seeds.tolist()]
+        starts = np.cumsum([0, *(len(path) for path in paths)], dtype=np.int64)
+        shape, h = (len(seeds), len(self.x), len(tape.results)), self.h if what == "rate" else self.h[:0]
+        ends, middles = np.empty((*shape, self.x.shape[2])), np.empty((*shape, len(h)))
+        if tape.results.size:
+            _differentiate(pack(tape, self.problem), np.concatenate([np.zeros(0, np.int64), *paths]), starts, seeds,
+                           self.P, self.V, self.x, h, ends, middles)
+        return ends, middles
 
     @cached_property
     def _steps(self) -> tuple[np.ndarray, np.ndarray]:
@@ -184,45 +210,14 @@ def _respond_to_constants(A, W, C, ends, middles, outputs, h, out):  # type: ign
             here, there = there, here
 
 
-def differentiate(problem: Problem, what: Literal["rate", "output"], x: np.ndarray,
-                  names: Sequence[Name | int]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the derivatives (q, n, r, K) of the rates or outputs of a problem at states (n, d, K), and those (q, n, r,
-    K - 1) of the rates in the middle of each step, at states on the cubic line with the rates of both ends (Hermite).
-
-    These are with values, by their names, or with states, by their places. The system has no surfaces.
-    """
-    known, (n, size), layout = list_values(problem), problem.shape, Layout.of(problem, is_whole=True)
-    tape = record_equations(problem, layout, what)
-    assert isinstance(tape, Tape)  # as those that are stepped
-    P, V = np.empty((len(layout.constant), n)), np.empty((len(layout.driven), n, size))
-    for row, name in enumerate(layout.constant):
-        P[row] = np.reshape(known[name], -1)
-    for row, name in enumerate(layout.driven):
-        V[row] = known[name]
-    rows = {name: row for row, name in enumerate((*layout.constant, *layout.driven))}
-    first = len(rows) + 1
-    seeds = np.array([first + name if isinstance(name, int) else rows[name] for name in names], np.int64)
-    paths = [tape.paths[seed] for seed in seeds.tolist()]
-    starts = np.cumsum([0, *(len(path) for path in paths)], dtype=np.int64)
-    shape, h = (len(seeds), n, len(tape.results)), np.broadcast_to(problem.h, (size - 1 if what == "rate" else 0,))
-    ends, middles = np.empty((*shape, size)), np.empty((*shape, len(h)))
-    if tape.results.size:
-        _differentiate(pack(tape, problem), np.concatenate([np.zeros(0, np.int64), *paths]), starts, seeds, P, V, x,
-                       np.ascontiguousarray(h, dtype=float), ends, middles)
-    return ends, middles
-
-
 @njit(nogil=True, cache=True, error_model="numpy")
 def _differentiate(tape, paths, starts, seeds, P, V, X, h, ends, middles):  # type: ignore[no-untyped-def]
     """Fill the derivatives at the `ends` of steps h, and in their `middles` unless there are no steps."""
-    results, literals, states, first_literal = tape[6], tape[7], tape[11], tape[12]
+    results, states = tape[6], tape[11]
     R, T, rates = np.empty((tape[13], _LANES)), np.zeros((tape[13], _LANES)), np.empty((len(results), _LANES))
     n, d, size = X.shape
     for i in range(n):
-        for row in range(len(P)):
-            R[row] = P[row, i]
-        for row in range(len(literals)):
-            R[first_literal + row] = literals[row]
+        fill_constants(tape, P, i, min(1, n), R.shape[1], R)
         for begin in range(0, size, _LANES - 1 if len(h) else _LANES):
             count = min(_LANES, size - begin)
             for row in range(len(V)):
@@ -231,7 +226,7 @@ def _differentiate(tape, paths, starts, seeds, P, V, X, h, ends, middles):  # ty
             for state in range(d):
                 for g in range(count):
                     R[states + state, g] = X[i, state, begin + g]
-            evaluate(tape, 0 * count, tape[1][2], R, count)
+            evaluate(tape, tape[1][0], tape[1][2], R, count)
             _follow_paths(tape, paths, starts, seeds, R, T, i, begin, count, ends)
             if len(h) == 0 or count == 1:
                 continue
@@ -245,7 +240,7 @@ def _differentiate(tape, paths, starts, seeds, P, V, X, h, ends, middles):  # ty
                 for g in range(count - 1):
                     R[states + state, g] = (0.5 * (X[i, state, begin + g] + X[i, state, begin + g + 1])
                                             - h[begin + g] / 8 * (rates[state, g + 1] - rates[state, g]))
-            evaluate(tape, 0 * count, tape[1][2], R, count - 1)
+            evaluate(tape, tape[1][0], tape[1][2], R, count - 1)
             _follow_paths(tape, paths, starts, seeds, R, T, i, begin, count - 1, middles)
 
 

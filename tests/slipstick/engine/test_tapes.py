@@ -9,7 +9,7 @@ import pytest
 
 from slipstick.engine import trajectory
 from slipstick.engine.equations import Problem
-from slipstick.engine.tangents import differentiate
+from slipstick.engine.tangents import Tangents
 from slipstick.engine.tape import Layout, Tape, record_equations
 from slipstick.engine.trajectory import _choose_stepper, _InNumpy, _OnTape
 from slipstick.machine.system import System
@@ -76,7 +76,7 @@ def test_derivatives_are_differences_of_recorded_functions(name: str) -> None:
     x = np.random.default_rng(2).uniform(-1.0, 1.0, (5, 1, 40))
     for what, names in (("rate", [("input", "a"), 0]), ("output", [("input", "a"), ("quantity", "shift"),
                                                                    ("parameter", "begin"), 0])):
-        derivatives, _ = differentiate(problem, what, x, names)
+        derivatives, _ = Tangents(problem, x).differentiate(what, names)
         for each, exact in zip(names, derivatives, strict=True):
             ahead, behind = (read_moved(problem, what, x, each, by) for by in (1e-6, -1e-6))
             differences = (ahead - behind) / 2e-6
