@@ -1,6 +1,7 @@
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -44,6 +45,12 @@ def one_blas_thread() -> Iterator[None]:
     """Products of small matrices take far longer in several threads, where other processes use the cores."""
     with threadpool_limits(1, "blas"):
         yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def hear_interrupts() -> None:
+    """As in a terminal: what a script runs in the background ignores Ctrl-C, and so do the programs that it starts."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

@@ -33,11 +33,6 @@ def imports_numpy(process: subprocess.Popen[str], said: Path) -> bool:
     return "multiarray" in Path(f"/proc/{process.pid}/maps").read_text()
 
 
-def hear_interrupts() -> None:
-    """As in a terminal: what a shell runs in the background ignores them, and so do the programs that it starts."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
 def says(text: str) -> Callable[[subprocess.Popen[str], Path], bool]:
     return lambda process, said: text in said.read_text()
 
@@ -60,8 +55,7 @@ def test_an_interrupted_program_ends_in_one_line(command: str, when: Callable[[s
     said = tmp_path / "said"
     with said.open("w") as output:
         process = subprocess.Popen([sys.executable, "-m", *command.replace("OUT", str(tmp_path)).split()], cwd=ROOT,
-                                   stdout=output, stderr=output, text=True, env=environment, start_new_session=True,
-                                   preexec_fn=hear_interrupts)
+                                   stdout=output, stderr=output, text=True, env=environment, start_new_session=True)
     try:
         while not when(process, said):
             assert process.poll() is None, said.read_text()

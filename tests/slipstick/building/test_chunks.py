@@ -90,14 +90,10 @@ def test_ctrl_c_is_heard_between_two_chunks(six_conditions: Conditions, tmp_path
             signal.raise_signal(signal.SIGINT)
             reports.append(done)
 
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        with pytest.raises(KeyboardInterrupt), ThreadPoolExecutor(1) as pool:
-            build_grid(make_plan(six_conditions), tmp_path / "a.h5", pool, press)
-        assert reports == [CHUNK]
-        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    finally:
-        signal.signal(signal.SIGINT, before)
+    with pytest.raises(KeyboardInterrupt), ThreadPoolExecutor(1) as pool:
+        build_grid(make_plan(six_conditions), tmp_path / "a.h5", pool, press)
+    assert reports == [CHUNK]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     assert len(list(tmp_path.glob(".*.parts/*.npz"))) == 1
 
 
