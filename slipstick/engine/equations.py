@@ -78,6 +78,16 @@ def refine(values: np.ndarray, fine: int) -> np.ndarray:
     return np.asarray(values[:, low] + (instants - low) * (values[:, low + 1] - values[:, low]))
 
 
+def straighten(signal: np.ndarray) -> np.ndarray:
+    """Return samples (n, k) between which a line has the integral of a signal that bends between its samples.
+
+    It is less than the trapezoid by a twelfth of the change of its slope (the Euler-Maclaurin formula).
+    """
+    out = signal.copy()
+    out[:, 1:-1] -= (signal[:, 2:] - 2 * signal[:, 1:-1] + signal[:, :-2]) / 12
+    return out
+
+
 def ends(values: Values) -> tuple[Values, Values]:
     """Return values at the begins and at the ends of all steps."""
     return cut(values, slice(None, -1)), cut(values, slice(1, None))

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.engine.equations import refine
+from slipstick.engine.equations import refine, straighten
 from slipstick.engine.noise import Noise, estimate_loudness, estimate_sensor_noise
 from slipstick.engine.recordings import (
     MEASURED,
@@ -18,11 +18,13 @@ from slipstick.engine.recordings import (
     pose_nominal,
     smooth_signal,
 )
+from slipstick.engine.sampling import find_hidden
 from slipstick.engine.trajectory import solve
 from slipstick.errors import InvalidValue
 from slipstick.machine.declaration import Block, Machine, Namespace, as_tuple, identifier_of
 from slipstick.machine.runs import Runs
 from slipstick.machine.system import States, system_of
+from slipstick.machine.whole import join_blocks
 
 _LOOSE = 0.3
 """Standard deviation of the prior of a mean that is to be calibrated, in the scale of its parameter."""
@@ -45,8 +47,8 @@ def prepare(machine: Machine, runs: Runs, values: Mapping[str, float] | None = N
     """Return a machine with its recorded runs, at nominal `values` of its parameters by name.
 
     States that may come to rest are drawn to the recordings, unless the simulation `is_free`. A block of which a signal
-    or an input was not recorded is left out. Raises `InvalidValue` where a parameter has no value, or a signal has no
-    noise.
+    or an input was not recorded is left out. Blocks are joined where samples hide what a signal between them does.
+    Raises `InvalidValue` where a parameter has no value, or a signal has no noise.
     """
     signals = {name: np.asarray(value, float) for name, value in runs.signals.items()}
     noise = {name: estimate_sensor_noise(name, value) for name, value in signals.items()}
@@ -54,26 +56,22 @@ def prepare(machine: Machine, runs: Runs, values: Mapping[str, float] | None = N
     known = {*signals, *runs.commands, *runs.conditions, *runs.channels}
     blocks = [block for block in machine.blocks if set(block.signals) <= set(signals) and set(block.reads) <= known]
     nominal = _find_nominal(machine, blocks, runs, signals, values or {})
-    alone = [_prepare_part(block, machine, runs, signals, smooth, noise, nominal, is_free) for block in blocks]
+
+    def prepare_block(block: Block, is_free: bool = is_free, least: int = 1) -> Part:
+        return _prepare_part(block, machine, runs, signals, smooth, noise, nominal, is_free, least)
+
+    alone = [prepare_block(block) for block in blocks]
     steps = {signal: part.fine for part in alone for signal in part.signals}
     # A part that reads what another one gives takes as many steps, to know how it bends between samples.
-    parts = tuple(_prepare_part(part.block, machine, runs, signals, smooth, noise, nominal, is_free, least)
-                  if part.block.states and least > part.fine else part for part in alone
-                  for least in [max((steps.get(name, 1) for name in part.block.reads), default=1)])
+    least = {part.name: max((steps.get(name, 1) for name in part.block.reads), default=1) for part in alone}
+    parts = tuple(prepare_block(part.block, least=least[part.name])
+                  if part.block.states and least[part.name] > part.fine else part for part in alone)
     within = list_signals(machine, runs, smooth)
     read = {name for block in blocks for name in block.reads}
     random, shared = _list_terms(machine, runs, parts, read)
-    return Recorded(machine, runs, parts, random, shared, within, np.arange(len(runs)))
-
-
-def straighten(signal: np.ndarray) -> np.ndarray:
-    """Return samples (n, k) between which a line has the integral of a signal that bends between its samples.
-
-    It is less than the trapezoid by a twelfth of the change of its slope (the Euler-Maclaurin formula).
-    """
-    out = signal.copy()
-    out[:, 1:-1] -= (signal[:, 2:] - 2 * signal[:, 1:-1] + signal[:, :-2]) / 12
-    return out
+    recorded = Recorded(machine, runs, parts, random, shared, within, np.arange(len(runs)))
+    hidden = find_hidden(recorded, lambda block: prepare_block(block, is_free=True))
+    return prepare(join_blocks(machine, hidden), runs, values, is_free) if hidden else recorded
 
 
 def _find_nominal(machine: Machine, blocks: Sequence[Block], runs: Runs, signals: Mapping[str, np.ndarray],

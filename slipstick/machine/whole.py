@@ -1,6 +1,7 @@
-"""A whole machine as one block: every signal that a block gives is simulated, and read by the others."""
+"""Blocks of a machine, or all of them, as one: every signal that a block gives is simulated, and read by the others."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,23 @@ def compose(machine: Machine, name: str = "whole") -> Machine:
     Where several blocks give a signal, the first one with states does. Raises `InvalidValue` for an algebraic loop, and
     for states of the same name in two blocks.
     """
+    whole = _merge(machine, machine.blocks, name)
+    return Machine(machine.name, (whole,), tuple(each for each in machine.sensors if each.signal in whole.signals),
+                   machine.commands, machine.conditions, machine.signals, machine.inputs)
+
+
+def join_blocks(machine: Machine, names: Collection[str]) -> Machine:
+    """Return the machine with one block in the place of those of the `names`, as `compose` does with all."""
+    joined = [block for block in machine.blocks if block.name in names]
+    whole = _merge(machine, joined, " and ".join(block.name for block in joined))
+    blocks = tuple(whole if block is joined[0] else block for block in machine.blocks if block not in joined[1:])
+    return replace(machine, blocks=blocks)
+
+
+def _merge(machine: Machine, merged: Sequence[Block], name: str) -> Block:
+    """Return one block with the equations of those that are `merged`."""
     givers = dict[str, Block]()
-    for block in sorted(machine.blocks, key=lambda block: not block.states):
+    for block in sorted(merged, key=lambda block: not block.states):
         for signal in block.signals:
             givers.setdefault(signal, block)
     blocks = sort_blocks(tuple(dict.fromkeys(givers.values())))
@@ -35,13 +51,12 @@ def compose(machine: Machine, name: str = "whole") -> Machine:
         lowest={state: low for block in blocks for state, low in block.lowest.items()},
         switches=tuple(state for block in blocks for state in block.switches),
         derived={each: derive for block in blocks for each, derive in block.derived.items()},
-        window=_join_windows(machine, given))
+        window=_join_windows(merged, given))
     whole.rate(_join_rates(blocks))
     whole.start(_join_starts(blocks))
     whole.output(lambda x, u, q, p: tuple(getattr(_name_signals(blocks, x, u, q, p), identifier_of(signal))
                                           for signal in given))
-    return Machine(machine.name, (whole,), tuple(each for each in machine.sensors if each.signal in given),
-                   machine.commands, machine.conditions, machine.signals, machine.inputs)
+    return whole
 
 
 def sort_blocks(blocks: tuple[Block, ...]) -> tuple[Block, ...]:
@@ -96,10 +111,12 @@ def _join_starts(blocks: tuple[Block, ...]) -> Callable[[Any, Any, Any], Any]:
     return start
 
 
-def _join_windows(machine: Machine, given: tuple[str, ...]) -> Callable[[Any], Any]:
-    """Return the samples of each signal that count in a block that gives it."""
+def _join_windows(blocks: Sequence[Block], given: tuple[str, ...]) -> Callable[[Any], Any] | None:
+    """Return the samples of each signal that count in a block that gives it; None where all do."""
     windows: Mapping[str, list[Callable[[Any], np.ndarray] | None]] = {
-        signal: [block.window for block in machine.blocks if signal in block.signals] for signal in given}
+        signal: [block.window for block in blocks if signal in block.signals] for signal in given}
+    if all(None in own for own in windows.values()):
+        return None
 
     def window(u: Any) -> tuple[Any, ...]:
         return tuple(True if None in own else np.any([each(u) for each in own if each is not None], axis=0)

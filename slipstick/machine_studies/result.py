@@ -83,6 +83,9 @@ class MachineBlock:
     """Whether something is left that no candidate explains."""
     converged: bool = True
     """Whether the fit of the block with all findings reached its optimum."""
+    joined: list[str] = field(default_factory=list)
+    """Declared blocks that are studied as this one, as samples are too far apart to show what signals between them do;
+    empty for a declared block."""
 
 
 @dataclass(frozen=True)

@@ -88,11 +88,14 @@ def _conclude(studied: MachineStudy, runs: Runs) -> Studied:
     findings = [_state_finding(finding, studied) for finding in named.findings]
     fitted, bare = join(named.fits), join(named.bare)
     machine, unexplained = studied.machine, named.unexplained
+    declared = {block.name: set(block.signals) for block in machine.blocks}
     after, before = ({name: float(np.median(chi)) for name, chi in fit.chi_square.items()} for fit in (fitted, bare))
     settled = {name: fit.converged for fit in named.fits for name in fit.models}
     blocks = [MachineBlock(block.name, f"{', '.join(block.reads) or '–'} → {', '.join(block.signals)}",
-                           after[block.name], before[block.name], block.name in unexplained, settled[block.name])
-              for block in machine.blocks if block.name in after]
+                           after[block.name], before[block.name], block.name in unexplained, settled[block.name],
+                           [] if block.name in declared else
+                           [name for name, signals in declared.items() if signals <= set(block.signals)])
+              for block in fitted.recorded.machine.blocks if block.name in after]
     noise = {signal: part.sensors[place].std for part in fitted.recorded.parts
              for place, signal in enumerate(part.signals)}
     kind: Literal["none", "effect", "tie", "several", "unlisted"]

@@ -265,6 +265,9 @@ def warnings(result: MachineStudyResult) -> Entries:
         entries.append((f"Set aside: run{'s' * (len(result.set_aside) > 1)} "
                         f"{listed([str(run) for run in result.set_aside])},",
                         "numbered from 0. Each is far worse than all others and is not used: look at its signals."))
+    entries += [(f"Studied as one: blocks {listed([f'“{name}”' for name in block.joined])}.",
+                 "Samples are too far apart to show what the signals between them do. A shorter step tells the blocks "
+                 "apart.") for block in result.blocks if block.joined]
     entries += [(f"Unexplained: block “{block.name}”.", f"Reduced chi-square is {block.chi_square:.2f} with all "
                  "findings, and no candidate explains the rest. Findings and intervals may be off.")
                 for block in result.blocks if block.unexplained]
