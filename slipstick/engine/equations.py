@@ -30,15 +30,15 @@ class OwnLaw:
     place: int | None = None
 
     def at(self, x: np.ndarray, side: np.ndarray | None) -> np.ndarray:
-        """Return the law at x, on the `side` (-1, 0, 1) of a jump."""
+        """Return the law at x, on the `side` (-1 to 1) of a jump."""
         beside = x if side is None else beside_jump(x, side, self.knots)
         return np.asarray(np.interp(beside, self.knots, self.values))
 
 
 def beside_jump(x: np.ndarray, side: np.ndarray, knots: np.ndarray) -> np.ndarray:
-    """Return x moved to its side of 0, by which a law with a jump is read."""
+    """Return x moved to its side of 0, by which a law with a jump is read: at rest, to its share within the jump."""
     edge = EDGE * (knots[-1] - knots[0])
-    return np.asarray(np.where(side > 0, np.maximum(x, edge), np.where(side < 0, np.minimum(x, -edge), 0.0)))
+    return np.asarray(np.where(side >= 1, np.maximum(x, edge), np.where(side <= -1, np.minimum(x, -edge), side * edge)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,24 +116,37 @@ class Equations:
         return Namespace(**changed["input"]), Namespace(**changed["quantity"])
 
     def rates(self, x: States, u: Values, q: Values, p: Namespace, sides: Mapping[int, np.ndarray]) -> States:
-        """Return the rates of the states, on the `sides` of their surfaces: 0 of a state that rests there."""
+        """Return the rates of the states, on the `sides` of their surfaces: 0 of a state that rests between both."""
         named = self.system.name(x, sides)
         rates = as_tuple(self.system.rate(named, *self._changed(named, u, q, p), p))
         if not sides:
             return rates
-        return tuple(np.where(sides[place] == 0, 0.0, rate) if place in sides else rate
+        return tuple(np.where(np.abs(sides[place]) < 1, 0.0, rate) if place in sides else rate
                      for place, rate in enumerate(rates))
 
     def sides(self, x: States, u: Values, q: Values, p: Namespace) -> dict[int, np.ndarray]:
-        """Return the side of each switching state: at 0 that to which its rate leads, or 0 where it rests."""
-        sides = {place: np.sign(x[place]) for place in self.system.switches}
+        """Return the side of each switching state: at 0 that to which its rate leads, or where it rests, a share.
+
+        The share, between -1 and 1, is that at which the rate is 0 (the equivalent control: Utkin, Sliding Modes in
+        Control and Optimization, 1992): what else depends on the side, such as the torque of plates that stick, is then
+        as if the state moved to both sides in turn.
+        """
+        return self._settle({place: np.sign(x[place]) for place in self.system.switches}, x, u, q, p)
+
+    def _settle(self, before: Mapping[int, np.ndarray], x: States, u: Values, q: Values,
+                p: Namespace) -> dict[int, np.ndarray]:
+        """Return the sides where those of states that rested `before` are found anew."""
+        sides = dict(before)
         for place in self.system.switches:
-            if not (sides[place] == 0).any():
+            is_free = np.abs(sides[place]) < 1
+            if not is_free.any():
                 continue
             up, down = (self.rates(x, u, q, p, {**sides, place: np.full(x[place].shape, side)})[place]
                         for side in (1.0, -1.0))
-            leads = np.where(up > 0, 1.0, np.where(down < 0, -1.0, 0.0))
-            sides[place] = np.where(sides[place] == 0, leads, sides[place])
+            with np.errstate(invalid="ignore", divide="ignore"):
+                share = np.where(down > up, (up + down) / (down - up), 0.0)
+            leads = np.where(up > 0, 1.0, np.where(down < 0, -1.0, share))
+            sides[place] = np.where(is_free, np.where(x[place] == 0, leads, np.sign(x[place])), sides[place])
         return sides
 
     def advance(self, x: States, u: tuple[Values, Values], q: tuple[Values, Values], p: Namespace, h: Any) -> States:
@@ -143,7 +156,7 @@ class Equations:
         sides = self.sides(x, u[0], q[0], p)
         following = self._step(x, u, q, p, h, sides)
         for place in self.system.switches:
-            meets = following[place] * sides[place] < 0
+            meets = (following[place] * sides[place] < 0) & (np.abs(sides[place]) == 1)
             if meets.any():
                 following = self._meet(place, meets, x, following, u, q, p, h, sides)
         return following
@@ -156,10 +169,13 @@ class Equations:
         def moved(by: Any, rates: Sequence[np.ndarray]) -> States:
             return self._bound([state + by * rate for state, rate in zip(x, rates, strict=True)])
 
-        a = self.rates(x, u[0], q[0], p, sides)
-        b = self.rates(moved(0.5 * h, a), u_middle, q_middle, p, sides)
-        c = self.rates(moved(0.5 * h, b), u_middle, q_middle, p, sides)
-        d = self.rates(moved(h, c), u[1], q[1], p, sides)
+        def rates_of(x: States, u: Values, q: Values) -> States:
+            return self.rates(x, u, q, p, self._settle(sides, x, u, q, p))
+
+        a = rates_of(x, u[0], q[0])
+        b = rates_of(moved(0.5 * h, a), u_middle, q_middle)
+        c = rates_of(moved(0.5 * h, b), u_middle, q_middle)
+        d = rates_of(moved(h, c), u[1], q[1])
         return moved(h / 6, [k1 + 2 * (k2 + k3) + k4 for k1, k2, k3, k4 in zip(a, b, c, d, strict=True)])
 
     def _bound(self, x: Sequence[np.ndarray]) -> States:
@@ -187,7 +203,7 @@ class Equations:
         there[place] = np.zeros_like(there[place])
         on = self.sides(tuple(there), u_there, q_there, p)
         after = list(self._step(tuple(there), (u_there, u_last), (q_there, q_last), p, (1 - share) * h, on))
-        after[place] = np.where(after[place] * on[place] < 0, 0.0, after[place])
+        after[place] = np.where((after[place] * on[place] < 0) & (np.abs(on[place]) == 1), 0.0, after[place])
         changed = []
         for state, value in zip(following, after, strict=True):
             state = state.copy()

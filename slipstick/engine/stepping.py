@@ -130,7 +130,7 @@ def evaluate(tape, first, last, R, count):  # type: ignore[no-untyped-def]
                 edge = EDGE * (knots[end] - knots[begin])
                 for g in range(count):
                     x, side = R[a, g], R[c, g]
-                    R[to, g] = max(x, edge) if side > 0 else min(x, -edge) if side < 0 else 0.0
+                    R[to, g] = max(x, edge) if side >= 1 else min(x, -edge) if side <= -1 else side * edge
                 a = to
             lowest, highest, beyond = knots[begin], knots[end], values[end]
             for g in range(count):
@@ -160,8 +160,11 @@ def fill_constants(tape, P, first, runs, together, R):  # type: ignore[no-untype
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _step(tape, R, x, begin, end, h, out, work, count):  # type: ignore[no-untyped-def]
-    """Fill out (d, lanes) with the states after a Runge-Kutta step of h (lanes,), on the sides that are in R."""
-    lowest, results, at, d = tape[8], tape[6], tape[11], len(x)
+    """Fill out (d, lanes) with the states after a Runge-Kutta step of h (lanes,), on the sides that are in R.
+
+    Of states that rest, the sides are found anew in each stage.
+    """
+    lowest, results, at, d, switches = tape[8], tape[6], tape[11], len(x), tape[9]
     ends, drives, k, total = tape[1], tape[10], work[0], work[1]
     for stage in range(4):
         shares = (1.0, 0.0) if stage == 0 else (0.0, 1.0) if stage == 3 else (0.5, 0.5)
@@ -176,6 +179,8 @@ def _step(tape, R, x, begin, end, h, out, work, count):  # type: ignore[no-untyp
                     value += (0.5 if stage < 3 else 1.0) * h[g] * k[state, g]
                     value = low if value < low else value
                 R[at + state, g] = value
+        if len(switches):
+            _settle(tape, R, work, count)
         evaluate(tape, ends[1 if stage == 2 else 0], ends[2], R, count)  # both in the middle are driven alike
         for state in range(d):
             row, weight = results[state], 2.0 if stage in (1, 2) else 1.0
@@ -191,59 +196,74 @@ def _step(tape, R, x, begin, end, h, out, work, count):  # type: ignore[no-untyp
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _choose_sides(tape, R, x, u, work, count):  # type: ignore[no-untyped-def]
-    """Fill the sides of switching states in R: at 0 that to which the rate leads, or 0 where the state rests."""
-    switches, at, d = tape[9], tape[11], len(x)
-    results, drives, rests = tape[6], tape[10], False
-    for state in switches:
-        for g in range(count):
-            R[at + d + state, g] = np.sign(x[state, g])
-            rests = rests or x[state, g] == 0
-    if not rests:
-        return
+    """Fill the sides of switching states in R and in memory, as `Equations.sides` does."""
+    switches, at, d, drives, sides = tape[9], tape[11], len(x), tape[10], work[2]
     for row in range(len(u)):
         for g in range(count):
             R[drives + row, g] = u[row, g]
     for state in range(d):
         for g in range(count):
             R[at + state, g] = x[state, g]
-    up, chosen = work
     for state in switches:
-        side, rate = at + d + state, results[state]
+        for g in range(count):
+            sides[state, g] = np.sign(x[state, g])
+            R[at + d + state, g] = sides[state, g]
+    _settle(tape, R, work, count)
+    for state in switches:
+        for g in range(count):
+            sides[state, g] = R[at + d + state, g]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _settle(tape, R, work, count):  # type: ignore[no-untyped-def]
+    """Fill the sides in R of states that rest by those in memory: as the rate leads, or the share at which it is 0."""
+    results, at, sides, up = tape[6], tape[11], work[2], work[3]
+    d = len(sides)
+    for state in tape[9]:
+        side, rate, rests = at + d + state, results[state], False
+        for g in range(count):
+            rests = rests or abs(sides[state, g]) < 1
+        if not rests:
+            continue
         for part in range(2):
             for g in range(count):
-                if part:
-                    up[0, g] = R[rate, g]
-                else:
-                    chosen[0, g] = R[side, g]
+                up[0, g] = R[rate, g]
                 R[side, g] = -1.0 if part else 1.0
             evaluate(tape, tape[1][0], tape[1][2], R, count)
         for g in range(count):
-            R[side, g] = chosen[0, g]
-            if x[state, g] == 0:
-                R[side, g] = 1.0 if up[0, g] > 0 else -1.0 if R[rate, g] < 0 else 0.0
+            value, rise, fall = R[at + state, g], up[0, g], R[rate, g]
+            if abs(sides[state, g]) >= 1:
+                R[side, g] = sides[state, g]
+            elif value != 0:
+                R[side, g] = np.sign(value)
+            elif rise > 0:
+                R[side, g] = 1.0
+            elif fall < 0:
+                R[side, g] = -1.0
+            else:
+                R[side, g] = (rise + fall) / (fall - rise) if fall > rise else 0.0
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _advance(tape, R, x, begin, end, h, out, work, count):  # type: ignore[no-untyped-def]
     """Fill out (d, lanes) with the states a step later. A state that meets its surface goes on from there, or rests."""
-    switches, side = tape[9], tape[11] + len(x)
+    switches, sides = tape[9], work[2]
     if len(switches):
         _choose_sides(tape, R, x, begin, work, count)
     _step(tape, R, x, begin, end, h, out, work, count)
     for state in switches:
         meeting = 0 * count
         for g in range(count):
-            if out[state, g] * R[side + state, g] < 0:
+            if out[state, g] * sides[state, g] < 0 and abs(sides[state, g]) == 1:
                 meeting += 1
         if meeting:
-            _meet(tape, R, state, meeting, x, begin, end, h, out, count)
+            _meet(tape, R, sides, state, meeting, x, begin, end, h, out, count)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _meet(tape, R, state, meeting, x, begin, end, h, out, count):  # type: ignore[no-untyped-def]
+def _meet(tape, R, sides, state, meeting, x, begin, end, h, out, count):  # type: ignore[no-untyped-def]
     """Fill the states a step later of those lanes in which a state meets its surface within the step."""
-    d, side = len(x), tape[11] + len(x)
-    work = _make_work(d, meeting)
+    d, work = len(x), _make_work(len(x), meeting)
     own, lanes = np.empty((len(R), meeting)), np.empty(meeting, np.int64)
     first, there = np.empty((d, meeting)), np.empty((d, meeting))
     u, u_there, u_last = (np.empty((len(begin), meeting)), np.empty((len(begin), meeting)),
@@ -251,14 +271,14 @@ def _meet(tape, R, state, meeting, x, begin, end, h, out, count):  # type: ignor
     before, behind = np.empty(meeting), np.empty(meeting)
     m = 0
     for g in range(count):
-        if out[state, g] * R[side + state, g] < 0:
+        if out[state, g] * sides[state, g] < 0 and abs(sides[state, g]) == 1:
             lanes[m] = g
             share = x[state, g] / (x[state, g] - out[state, g])  # of the step, as if the state were linear
             before[m], behind[m] = share * h[g], (1 - share) * h[g]
             for row in range(len(R)):
                 own[row, m] = R[row, g]
             for other in range(d):
-                first[other, m] = x[other, g]
+                first[other, m], work[2][other, m] = x[other, g], sides[other, g]
             for row in range(len(begin)):
                 u[row, m], u_last[row, m] = begin[row, g], end[row, g]
                 u_there[row, m] = begin[row, g] + share * (end[row, g] - begin[row, g])
@@ -271,7 +291,7 @@ def _meet(tape, R, state, meeting, x, begin, end, h, out, count):  # type: ignor
             first, u, u_there, before, there = there, u_there, u_last, behind, first
         _step(tape, own, first, u, u_there, before, there, work, meeting)
     for m in range(meeting):
-        if there[state, m] * own[side + state, m] < 0:
+        if there[state, m] * work[2][state, m] < 0 and abs(work[2][state, m]) == 1:
             there[state, m] = 0.0
         for other in range(d):
             out[other, lanes[m]] = there[other, m]
@@ -279,8 +299,8 @@ def _meet(tape, R, state, meeting, x, begin, end, h, out, count):  # type: ignor
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _make_work(states, lanes):  # type: ignore[no-untyped-def]
-    """Return memory for a step: rates, and their sum."""
-    return np.empty((states, lanes)), np.empty((states, lanes))
+    """Return memory for a step: rates, their sum, the sides of states at its begin, and a rate."""
+    return np.empty((states, lanes)), np.empty((states, lanes)), np.empty((states, lanes)), np.empty((1, lanes))
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

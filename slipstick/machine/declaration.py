@@ -191,9 +191,10 @@ class Block:
     """A part of a machine between signals: `reads` inputs, and `gives` the signal of a sensor, or several ones.
 
     `states` are integrated, and never below their `lowest` value. A state among `switches` has a surface at 0 where its
-    rate may jump: equations read its side (-1, 0 or 1) as the attribute `<state>_side` of `x`, and it rests at 0 while
-    the rates of both sides point there. `window` maps the namespace of measured signals to the samples that count.
-    `derived` are further own variables that laws may depend on, functions of `x`, `u` and `p`.
+    rate may jump: equations read its side, -1 or 1, as the attribute `<state>_side` of `x`, and it rests at 0 while the
+    rates of both sides point there. Its side is then the value between at which its rate is 0. `window` maps the
+    namespace of measured signals to the samples that count. `derived` are further own variables that laws may depend
+    on, functions of `x`, `u` and `p`.
     """
 
     name: str

@@ -148,7 +148,27 @@ def take(problem: Problem, rows: slice | np.ndarray) -> Problem:
                    parameters=chosen(problem.parameters))
 
 
-POSES = {"spring": pose_spring, "tanks": pose_tanks, "slide": lambda: pose_slide(1.5, 900)}
+FIRST, SECOND, LOAD = 0.5, 2.0, 1.2
+HELD = (0.0, 1.0, 3.0, 4.0, 5.0, 6.0), (0.0, 3.0, 3.0, 0.7, 0.7, 3.0)
+"""Time in s and largest torque of plates in N m: they slip, stick, slip again under the load, and stick."""
+
+
+def joint_rate(x, u, q, p):  # type: ignore[no-untyped-def]
+    second = (u.held * x.slip_side - LOAD * x.speed) / SECOND
+    return (u.drive - u.held * x.slip_side) / FIRST - second, second
+
+
+JOINT = System(("slip", "speed"), ("speed", "torque"), joint_rate, lambda u, q, p: (p.begin, 0.0),
+               lambda x, u, q, p: (x.speed, u.held * x.slip_side), {"slip": lambda x, u, p: x.slip}, FREE, (0,))
+
+
+def pose_joint(steps: int = 900) -> Problem:
+    time = np.linspace(0, 6, steps + 1)
+    inputs = {"held": np.interp(time, *HELD)[None] * np.ones((2, 1)), "drive": np.ones((2, 1)) * (1 + 0.5 * time)}
+    return Problem(JOINT, 6 / steps, inputs, {}, {"begin": np.array([[3.0], [-2.0]])})
+
+
+POSES = {"spring": pose_spring, "tanks": pose_tanks, "slide": lambda: pose_slide(1.5, 900), "joint": pose_joint}
 
 
 def test_a_nonlinear_system_is_that_of_scipy() -> None:
@@ -198,6 +218,43 @@ def test_a_state_stays_at_its_lowest_value_until_it_rises() -> None:
         assert np.all(solved.x[run, 0] >= 0)
         assert np.abs(solved.x[run, 0, empty]).max() < 1e-4
         np.testing.assert_allclose(solved.x[run], exact, atol=3e-4)
+
+
+def joint_by_events(begin: float, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """States (2, K) and the torque (K,) of plates between two shafts, whose torque is known while they stick."""
+    def holds(t: float, x: Any) -> Any:  # both shafts turn alike
+        drive = 1 + 0.5 * t
+        return drive - FIRST * (drive - LOAD * x[1]) / (FIRST + SECOND)
+
+    def slip(side: int) -> tuple[Callable[..., Any], Callable[..., Any], Callable[..., int]]:
+        def rate(t: float, x: np.ndarray) -> tuple[float, float]:
+            torque = side * np.interp(t, *HELD)
+            second = (torque - LOAD * x[1]) / SECOND
+            return (1 + 0.5 * t - torque) / FIRST - second, second
+
+        return rate, lambda t, x: side * x[0], lambda t, x: 0 if abs(holds(t, x)) < np.interp(t, *HELD) else -side
+
+    stick = (lambda t, x: (0.0, (holds(t, x) - LOAD * x[1]) / SECOND),
+             lambda t, x: np.interp(t, *HELD) - abs(holds(t, x)), lambda t, x: int(np.sign(holds(t, x))))
+    x = integrate_phases({1: slip(1), -1: slip(-1), 0: stick}, int(np.sign(begin)), [begin, 0.0], time)
+    return x, np.where(x[0] == 0, holds(time, x), np.sign(x[0]) * np.interp(time, *HELD))
+
+
+@pytest.mark.parametrize("run", [0, 1])
+def test_plates_that_stick_carry_the_torque_that_holds_them(run: int) -> None:
+    """They slip, stick at about 1 s, break away where they are pressed less, and stick again."""
+    errors = []
+    for steps in (600, 2400):
+        solved, time = solve(pose_joint(steps)), np.linspace(0, 6, steps + 1)
+        x, torque = joint_by_events(float(solved.problem.parameters["begin"][run, 0]), time)
+        sticks = np.convolve(x[0] == 0, np.ones(5), "same") == 5
+        assert 0.2 < sticks.mean() < 0.8
+        assert not sticks[time.searchsorted(4.5)]
+        np.testing.assert_array_equal(solved.x[run, 0, sticks], 0)
+        np.testing.assert_allclose(solved.outputs[run, 1, sticks], torque[sticks], atol=4 / steps)
+        errors.append(np.abs(solved.x[run] - x).max())
+    assert errors[0] < 0.02
+    assert errors[1] < errors[0] / 3
 
 
 @pytest.mark.parametrize(("most", "rests"), [(0.99, 1.0), (1.5, 0.4), (4.0, 0.1)])
