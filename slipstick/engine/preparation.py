@@ -18,7 +18,7 @@ from slipstick.engine.recordings import (
     pose_nominal,
     smooth_signal,
 )
-from slipstick.engine.sampling import find_hidden
+from slipstick.engine.sampling import EXACT, find_hidden
 from slipstick.engine.trajectory import solve
 from slipstick.errors import InvalidValue
 from slipstick.machine.declaration import Block, Machine, Namespace, as_tuple, identifier_of
@@ -28,9 +28,8 @@ from slipstick.machine.whole import join_blocks
 
 _LOOSE = 0.3
 """Standard deviation of the prior of a mean that is to be calibrated, in the scale of its parameter."""
-_SUBSTEPS, _EXACT = (1, 2, 4, 8), 1.0
-"""Numbers of steps in a sample, and the nats in all runs by which twice as many may differ: no decision depends on
-it."""
+_SUBSTEPS = 1, 2, 4, 8
+"""Numbers of steps in a sample."""
 _STATED = 1e-3
 """Standard deviation of the mean of a condition over the runs, beside the errors of its levels."""
 _DRAWN = 25.0
@@ -144,7 +143,7 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
         finer = at(fine)
         after = _predict_nominal(finer)
         off = np.mean((after - before) ** 2, axis=(0, 2)) / [sensor.fresh**2 for sensor in coarse.sensors]
-        if not (0.5 * off * len(runs) * len(runs.time) >= _EXACT).any():
+        if not (0.5 * off * len(runs) * len(runs.time) >= EXACT).any():
             return coarse
         coarse, before = finer, after
     return coarse

@@ -84,7 +84,7 @@ class MachineBlock:
     converged: bool = True
     """Whether the fit of the block with all findings reached its optimum."""
     joined: list[str] = field(default_factory=list)
-    """Declared blocks that are studied as this one, as samples are too far apart to show what signals between them do;
+    """Declared blocks that are studied as this one, as they read each other's signals and samples hide what these do;
     empty for a declared block."""
 
 

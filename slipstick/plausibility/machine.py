@@ -53,9 +53,8 @@ def inspect_machine(machine: Machine) -> MachineInspection:
     outputs = {output.name: evaluate_output(output, runs.time, runs.signals) for output in machine.outputs}
     recorded = prepare(machine, simulate_runs(machine, experiments, seed=0))
     candidates = list_candidates(recorded, {part.name: nominal_own_values(part) for part in recorded.parts})
-    findings = [*_check_blocks(machine), *_check_speed(recorded), *_check_step(machine, recorded),
-                *_check_signals(machine, experiments, runs), *_check_outputs(outputs),
-                *_check_quantities(machine, experiments, runs)]
+    findings = [*_check_blocks(machine), *_check_speed(recorded), *_check_signals(machine, experiments, runs),
+                *_check_outputs(outputs), *_check_quantities(machine, experiments, runs)]
     return MachineInspection(machine, runs, outputs, len(candidates), tuple(findings))
 
 
@@ -86,14 +85,6 @@ def _check_speed(recorded: Recorded) -> Iterator[Finding]:
                               "simulations and studies take some 50 times as long",
                               "Use arithmetic and plain functions of numpy, and numpy.where in the place of if")
                 break
-
-
-def _check_step(machine: Machine, recorded: Recorded) -> Iterator[Finding]:
-    for block in recorded.machine.blocks:
-        if block not in machine.blocks:
-            yield Finding(block.name, f"samples {machine.step:g} s apart do not show what the signals between them do",
-                          "a study takes them for one block, and does not see which of them lacks something",
-                          "Record with a shorter step, and give the machine that one")
 
 
 def _check_signals(machine: Machine, experiments: Experiments, runs: Runs) -> Iterator[Finding]:

@@ -265,9 +265,6 @@ def warnings(result: MachineStudyResult) -> Entries:
         entries.append((f"Set aside: run{'s' * (len(result.set_aside) > 1)} "
                         f"{listed([str(run) for run in result.set_aside])},",
                         "numbered from 0. Each is far worse than all others and is not used: look at its signals."))
-    entries += [(f"Studied as one: blocks {listed([f'“{name}”' for name in block.joined])}.",
-                 "Samples are too far apart to show what the signals between them do. A shorter step tells the blocks "
-                 "apart.") for block in result.blocks if block.joined]
     entries += [(f"Unexplained: block “{block.name}”.", f"Reduced chi-square is {block.chi_square:.2f} with all "
                  "findings, and no candidate explains the rest. Findings and intervals may be off.")
                 for block in result.blocks if block.unexplained]
@@ -416,5 +413,7 @@ def _list_blocks(result: MachineStudyResult) -> Section:
          ", ".join(word for word, is_so in (("unexplained", block.unexplained), ("not converged", not block.converged))
                    if is_so)) for block in result.blocks]
     head = ("block", "reads → gives", "without findings", "with", "remark")
-    return Section("Blocks", [Table(head, rows, words=(1, 4)), Note("Median over the runs of the reduced chi-square: 1 "
-                                                                    "if only noise is left.")])
+    notes = [Note("Median over the runs of the reduced chi-square: 1 if only noise is left."), *(
+        Note(f"The blocks {listed([f'“{name}”' for name in block.joined])} read each other's signals, and samples hide "
+             "what these do in between: they are studied as one.") for block in result.blocks if block.joined)]
+    return Section("Blocks", [Table(head, rows, words=(1, 4)), *notes])
