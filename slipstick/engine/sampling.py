@@ -39,11 +39,13 @@ def find_hidden(recorded: Recorded, prepare_whole: Callable[[Block], Part]) -> s
     except InvalidValue:  # an algebraic loop, or states of the same name
         return set()
     simulated = solve(pose_nominal(whole)).outputs
-    if not np.isfinite(simulated).all():
+    left = whole.measured - simulated[:, :, ::whole.fine]
+    with np.errstate(over="ignore", invalid="ignore"):
+        tells = np.mean(left**2, axis=(0, 2)) < whole.measured.var(axis=(0, 2))
+    if not tells.all():  # less than the mean does: of an unstable machine, or of quite another one
         return set()
     signals = dict(zip(whole.signals, simulated.transpose(1, 0, 2), strict=True))
     # Coarse samples of a signal look like noise: what a simulation leaves of them does so much less.
-    left = whole.measured - simulated[:, :, ::whole.fine]
     noise = {name: estimate_sensor_noise(name, left[:, place]).std for place, name in enumerate(whole.signals)}
     for reader, name, loop in readers:
         sampled = {**signals, name: straighten(signals[name][:, ::whole.fine])}

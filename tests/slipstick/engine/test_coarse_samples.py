@@ -42,6 +42,8 @@ def test_blocks_stay_apart_that_cannot_be_joined_or_do_not_explain_their_signal(
     for block in (same, replace(winding, window=lambda u: u.time > 0.1)):
         prepared = prepare(replace(machine, blocks=(block, shaft)), runs)
         assert [part.name for part in prepared.parts] == ["winding", "shaft"]
+    other = prepare(machine, runs, {"resistance value": 100.0})  # the simulation hardly moves
+    assert [part.name for part in other.parts] == ["winding", "shaft"]
 
 
 def test_coarse_samples_alone_name_nothing() -> None:
