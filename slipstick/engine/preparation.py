@@ -28,7 +28,7 @@ from slipstick.machine.whole import join_blocks
 
 _LOOSE = 0.3
 """Standard deviation of the prior of a mean that is to be calibrated, in the scale of its parameter."""
-_SUBSTEPS = 1, 2, 4, 8
+_SUBSTEPS = 1, 2, 4, 8, 16, 32, 64
 """Numbers of steps in a sample."""
 _STATED = 1e-3
 """Standard deviation of the mean of a condition over the runs, beside the errors of its levels."""
