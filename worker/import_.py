@@ -2,7 +2,8 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Iterator, Sequence
+import tomllib
+from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path, PurePath
 from typing import TypeVar
 
@@ -29,10 +30,13 @@ from slipstick.interface.progress import ProgressLine
 from slipstick.machine import Machine, open_machine, write_runs
 from slipstick.numerics.quantities import raised
 from slipstick.report.imported import imported_page, imported_runs_page, summary
+from slipstick.report.study.words import many
 from slipstick.storage.files import replacing
 
 from .bench_option import add_bench_argument
 
+PLAN = "plan.csv"
+"""What a sheet of conditions is called where no mapping names it."""
 _MOST_REMARKS = 20
 Result = TypeVar("Result", bound=ImportedFiles)
 
@@ -56,7 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Import, or propose a mapping."""
-    files = _files(arguments.files)
+    files = _files(arguments.files, _sheets(arguments))
     if arguments.machine is None:
         return _import_bench(arguments, files, Bench.open(arguments.bench))
     return _import_machine(arguments, files, open_machine(arguments.machine))
@@ -123,7 +127,7 @@ def _write(page: Path, text: str, out: Path) -> int:
 
 def report(imported: ImportedFiles) -> str:
     """The import as plain text."""
-    lines = [f"{len(imported.labels)} {imported.experiment}s imported, {len(imported.set_aside)} set aside. "
+    lines = [f"{many(len(imported.labels), imported.experiment)} imported, {len(imported.set_aside)} set aside. "
              f"{summary(imported)}"]
     lines += [f"  {channel.name} <- {'-' if channel.sign < 0 else ''}{channel.channel} "
               f"[{channel.stated or 'unit not stated'}], {channel.lowest:.4g} to {channel.highest:.4g} "
@@ -140,12 +144,25 @@ def report(imported: ImportedFiles) -> str:
     return "\n".join(lines)
 
 
-def _files(given: Sequence[Path]) -> list[Path]:
-    """The files, and those of folders, sorted by name; raises `BadRecording` on one that does not exist."""
+def _sheets(arguments: argparse.Namespace) -> set[Path]:
+    """The sheets of conditions that are no recordings where they lie in a folder of those."""
+    beside: Path | None = arguments.map
+    if arguments.guess or beside is None or not beside.is_file():
+        return {(folder / PLAN).resolve() for folder in arguments.files}
+    try:
+        name = tomllib.loads(beside.read_text())["conditions"]["plan"]
+        return {(beside.parent / name).resolve()}
+    except (ValueError, KeyError, TypeError):  # the mapping is read, and refused, later
+        return set()
+
+
+def _files(given: Sequence[Path], sheets: Collection[Path]) -> list[Path]:
+    """The files, and those of folders but for `sheets`, sorted by name; raises `BadRecording` where one is missing."""
     measured: list[Path] = []
     for path in given:
         if path.is_dir():
-            inside = sorted(file for file in path.iterdir() if is_measurement(PurePath(file.name)))
+            inside = sorted(file for file in path.iterdir() if is_measurement(PurePath(file.name))
+                            and file.resolve() not in sheets)
             if not inside:
                 raise BadRecording(f"The folder '{path}' has no file of a known kind",
                                    f"Known are {', '.join(FORMATS)}; name files of other names one by one")

@@ -63,6 +63,10 @@ def run(arguments: argparse.Namespace) -> int:
         while not received and all(program.poll() is None for program in programs):
             time.sleep(_POLL_SECONDS)
         status = next((program.returncode for program in programs if program.returncode), 0)
+        for name, program in zip(("service", "worker"), programs, strict=True):
+            if program.returncode and program.returncode < 0 and not received:
+                print(f"The {name} was ended by {signal.Signals(-program.returncode).name}, and the other program ends "
+                      "with it. Start the same command again: jobs that were running are resumed", file=sys.stderr)
     finally:
         end(programs)
     if signal.SIGINT in received:

@@ -32,6 +32,8 @@ _JUMP = 1e-3
 """Share of a step of the clock, or of a held command, that its jumps take: corners are joined by lines."""
 _OTHER_ORDER = 10.0
 """Factor between what is recorded and the experiments of the machine from which a unit may be wrong."""
+_OPPOSITE = 0.1
+"""Share of what a signal reaches on one side of 0 below which it is on that side alone."""
 _WHOLE = 0.5
 """Share of the median length below which a run is no whole one, and does not shorten the others."""
 
@@ -209,8 +211,14 @@ def _doubt_sizes(runs: Runs, machine: Machine) -> Iterator[str]:
 
 
 def _doubt_signals(runs: Runs, ranges: Sequence[SignalRange]) -> Iterator[str]:
-    """Signals whose largest magnitude is of another order in the runs than in the machine's own experiments."""
+    """Signals that are of another order, or on the other side of 0, in the runs than in the machine's experiments."""
     for each in ranges:
+        recorded = runs.signals[each.signal]
+        sides = _side_of(float(np.nanmin(recorded)), float(np.nanmax(recorded))), _side_of(each.lowest, each.highest)
+        if sides[0] * sides[1] < 0:
+            words = {-1: "negative", 1: "positive"}
+            yield (f"{each.signal} is {words[sides[0]]} in the runs, and {words[sides[1]]} in the experiments that the "
+                   "machine declares. Check its sign")
         size, usual = float(np.nanmax(np.abs(runs.signals[each.signal]))), max(abs(each.lowest), abs(each.highest))
         if _is_other_order(size, usual):
             reached, expected = (f"{value:.5g} {raised(runs.units[each.signal])}".rstrip() for value in (size, usual))
@@ -218,13 +226,20 @@ def _doubt_signals(runs: Runs, ranges: Sequence[SignalRange]) -> Iterator[str]:
                    "declares. Check its unit")
 
 
+def _side_of(lowest: float, highest: float) -> int:
+    """Return 1 for values that are positive but for noise, -1 for negative ones, 0 for others."""
+    return int(-lowest < _OPPOSITE * highest) - int(highest < -_OPPOSITE * lowest)
+
+
 def _is_other_order(size: float, usual: float) -> bool:
     return usual > 0 and not usual / _OTHER_ORDER < size < usual * _OTHER_ORDER
 
 
 def _nothing_left(aside: Sequence[SetAside]) -> BadRecording:
-    return BadRecording(f"None of the {len(aside)} runs can be used; {aside[0].label}: {aside[0].reason}",
-                        "Check channels, [runs], clock.gap and units in the mapping")
+    remedy = "Check channels, [runs] and units in the mapping"
+    if "has a gap" in aside[0].reason:
+        remedy += ". Where the clock of the logger is irregular, state its longest step, such as clock.gap = \"40 ms\""
+    return BadRecording(f"None of the {len(aside)} runs can be used; {aside[0].label}: {aside[0].reason}", remedy)
 
 
 def _find_defect(excerpt: RunExcerpt, window: Window, mapping: MachineMap) -> str:

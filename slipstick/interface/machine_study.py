@@ -58,7 +58,11 @@ class MachineStudy(Result):
 
     @property
     def findings(self) -> list[MachineFinding]:
-        """What is missing in the model; empty if nothing is, or if no law explains what is."""
+        """What is missing in the model; empty if nothing is, or if no law explains what is.
+
+        Each has a `title`, the `quantity` and what it `depends_on`, `equation`, `coefficients` and `rivals`, and the
+        points of its `law`, which `plot("law")` draws.
+        """
         return self.result.findings
 
     def summary(self) -> list[str]:

@@ -31,6 +31,7 @@ import numpy as np
 
 from slipstick.errors import InvalidValue
 from slipstick.machine.kinds import KINDS, MEMORIES, Kind
+from slipstick.machine.values import require_corners, require_numbers, require_tuples
 
 Namespace = SimpleNamespace
 Rate = Callable[[Any, Any, Any, Any], Any]
@@ -264,7 +265,8 @@ class Machine:
         return open_machine(path)
 
     def __post_init__(self) -> None:
-        """Refuse names that collide, inputs that nobody gives, and blocks without equations."""
+        """Refuse values that cannot be, names that collide, inputs that nobody gives, and blocks without equations."""
+        self._require_values()
         require_names([*(each.name for each in self.blocks)], "blocks")
         known = [*(each.name for each in self.commands), *(each.signal for each in self.sensors),
                  *(each.name for each in self.conditions), *self.signals, *self.inputs]
@@ -279,6 +281,29 @@ class Machine:
             self._require_output(output)
         for effect in self.effects:
             self._require_effect(effect)
+
+    def _require_values(self) -> None:
+        place = f"The machine '{self.name}'"
+        require_tuples(self, place, ("blocks", "sensors", "commands", "conditions", "inputs", "outputs", "effects"))
+        require_numbers(self, place, other=("duration", "step"))
+        for block in self.blocks:
+            require_tuples(block, f"The block '{block.name}' of the machine '{self.name}'",
+                           ("reads", "states", "parameters", "quantities", "curves", "switches"))
+            for parameter in block.parameters:
+                require_numbers(parameter, f"The parameter '{parameter.name}'", above=("scale",),
+                                least=("scatter", "within"), other=("value",))
+            for quantity in block.quantities:
+                require_numbers(quantity, f"The quantity '{quantity.name}'", above=("size",), least=("disturbance",))
+                require_tuples(quantity, f"The quantity '{quantity.name}'", ("without",))
+        for sensor in self.sensors:
+            require_numbers(sensor, f"The sensor '{sensor.signal}'", least=("noise",))
+            require_tuples(sensor, f"The sensor '{sensor.signal}'", ("without",))
+        for command in self.commands:
+            require_tuples(command, f"The command '{command.name}'", ("profiles",))
+            require_corners(command.profiles, f"the command '{command.name}'")
+        for condition in self.conditions:
+            require_numbers(condition, f"The condition '{condition.name}'", least=("within", "scatter"))
+            require_tuples(condition, f"The condition '{condition.name}'", ("levels",))
 
     def _require_effect(self, effect: Effect) -> None:
         place = f"The effect '{effect.name}' of the machine '{self.name}'"
@@ -321,6 +346,10 @@ class Machine:
             if name not in known:
                 raise InvalidValue(f"{place} reads '{name}', which is no command, condition or signal",
                                    f"Declare it, or read one of: {', '.join(sorted(known))}")
+        for parameter in block.parameters:
+            if parameter.first_of is not None and parameter.first_of not in known:
+                raise InvalidValue(f"The parameter '{parameter.name}' is the first value of '{parameter.first_of}', "
+                                   "which is no command or signal", f"Name one of: {', '.join(sorted(known))}")
         for signal in block.signals:
             if signal not in [sensor.signal for sensor in self.sensors]:
                 raise InvalidValue(f"{place} gives '{signal}', which no sensor measures",

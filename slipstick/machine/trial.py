@@ -31,7 +31,8 @@ def try_equations(machine: Machine) -> None:
 
     Equations fail where they read a name that their block does not declare, take other arguments, compute with single
     numbers, or return something else than an array for each state or signal. Those of a state that switches must read
-    its side, or the state would never come to rest.
+    its side, or the state would never come to rest. A start may not read the signal of a block, which the simulation of
+    the whole machine has only after it.
     """
     for block in machine.blocks:
         _Trial(machine, block).run()
@@ -50,13 +51,19 @@ class _Trial:
                   for each in block.parameters}
         self.p |= {identifier_of(name): np.full((_SHAPE[0], 1), levels[name]) for name in block.reads if name in levels}
         self.q = {identifier_of(each.name): 0.0 for each in block.quantities}
+        self.given = {identifier_of(signal): signal for each in machine.blocks for signal in each.signals}
 
     def run(self) -> None:
         """Try start, rates, output and derived variables, in the order in which the engine needs them."""
         block, begins = self.block, tuple(np.zeros(_SHAPE) for _ in self.block.states)
-        u, q, p = (Namespace(**each) for each in (self.u, self.q, self.p))
+        u, q, p = _Watched(**self.u), Namespace(**self.q), Namespace(**self.p)
         if block.start_function is not None:
             begins = self._evaluate("start", block.start_function, {"u": u, "q": q, "p": p}, block.states)
+            for name in sorted(u._read & self.given.keys()):
+                raise InvalidValue(
+                    f"The start of {self.place} reads u.{name}, which has no value before the whole machine has begun",
+                    "Read a parameter instead, such as Parameter(..., value=..., scale=..., "
+                    f"first_of='{self.given[name]}'); several blocks may have the same one")
         x = _Watched(**dict(zip((identifier_of(name) for name in block.states), begins, strict=True)),
                      **{f"{identifier_of(name)}_side": np.ones(_SHAPE) for name in block.switches})
         every = {"x": x, "u": u, "q": q, "p": p}

@@ -21,6 +21,7 @@ from slipstick.engine.study import (
     fit_parameters,
     study,
 )
+from slipstick.errors import BadRecording
 from slipstick.law_files import LawTable
 from slipstick.law_files.machine_law import has_points, list_coefficients, tabulate, write_equation
 from slipstick.machine import Machine, Runs, require_runs, units_of
@@ -40,6 +41,8 @@ from slipstick.studies.export import tabulate_finding
 from slipstick.studies.finding import Coefficient, Law
 from slipstick.time_budget import Partial
 
+_FEWEST = 3
+"""Runs of which it can be said that they agree: with fewer, nothing would ever be named or unexplained."""
 _SHOWN, _POINTS = 3, 400
 """Runs that are shown, and the points of a curve: more than a picture resolves."""
 
@@ -53,9 +56,14 @@ def study_machine(machine: Machine, runs: Runs, settings: EngineSettings | None 
     """Find what recorded runs of a machine ask for, and confirm it in the simulation of the whole machine.
 
     `log` is called with what is done, and `keep` with the result that there is before the confirmation. The `executor`
-    computes with chunks of many runs, by default threads. Raises `BadRecording` for runs that are not of the machine.
+    computes with chunks of many runs, by default threads. Raises `BadRecording` for runs that are not of the machine,
+    and for too few.
     """
     require_runs(machine, runs)
+    if len(runs) < _FEWEST:
+        raise BadRecording(f"A study needs at least {_FEWEST} runs that can agree, and the recordings have {len(runs)}",
+                           "Record some 20 to 60 runs that differ in commands and conditions, or cut a long recording "
+                           "into runs by [runs] in the mapping")
     complete = study(machine, runs, settings=settings, log=log, keep=lambda named: keep(_conclude(named, runs)),
                      executor=executor)
     return _conclude(complete, runs)

@@ -48,12 +48,13 @@ def inspect_machine(machine: Machine) -> MachineInspection:
         if not np.isfinite(signal).all():
             run, sample = np.argwhere(~np.isfinite(signal))[0]
             raise InvalidValue(f"'{name}' is not finite from {runs.time[sample]:g} s on in experiment {run}",
-                               "Look for a division by zero, a root of a negative number, or a time constant that is "
-                               "shorter than the step")
+                               "Look for a division by zero, a root of a negative number, a wrong sign by which a "
+                               "state grows without end, or a time constant that is shorter than the step")
     outputs = {output.name: evaluate_output(output, runs.time, runs.signals) for output in machine.outputs}
     recorded = prepare(machine, simulate_runs(machine, experiments, seed=0))
     candidates = list_candidates(recorded, {part.name: nominal_own_values(part) for part in recorded.parts})
-    findings = [*_check_blocks(machine), *_check_speed(recorded), *_check_signals(machine, experiments, runs),
+    findings = [*_check_blocks(machine), *_check_names(machine, {each.pair[1] for each in candidates}),
+                *_check_speed(recorded), *_check_signals(machine, experiments, runs),
                 *_check_outputs(outputs), *_check_quantities(machine, experiments, runs)]
     return MachineInspection(machine, runs, outputs, len(candidates), tuple(findings))
 
@@ -73,6 +74,21 @@ def _check_blocks(machine: Machine) -> Iterator[Finding]:
         if not block.quantities:
             yield Finding(block.name, "the block has no quantity", "nothing that is missing there can be named",
                           "Declare the places of its equations that may be wrong")
+
+
+def _check_names(machine: Machine, known: set[str]) -> Iterator[Finding]:
+    """Yield names on which laws are to depend, or not to, and which nothing has: a further channel may be meant."""
+    names = {*(each.signal for each in machine.sensors), *(each.name for each in machine.commands),
+             *(each.name for each in machine.conditions), *machine.signals, *machine.inputs,
+             *(name for block in machine.blocks for name in (*block.states, *block.derived))}
+    known = known | names | {"time", "run order"} | {f"past {name}" for name in names}
+    named = [(each.name, name) for each in machine.quantities for name in (*(each.over or ()), *each.without)]
+    named += [(each.name, each.on) for each in machine.effects]
+    for place, name in dict.fromkeys(named):
+        if name not in known:
+            yield Finding(place, f"it names '{name}', and neither a signal nor a condition is called so",
+                          "what is said of it counts only where recordings have a further channel of this name",
+                          "Correct the name, if no such channel is meant")
 
 
 def _check_speed(recorded: Recorded) -> Iterator[Finding]:

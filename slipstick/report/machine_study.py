@@ -44,6 +44,8 @@ _LIMITS = (
      "gain, the agreement of the runs, the rivals and the control."),
     ("Laws hold where runs have been:", "beyond the values that the runs visit, a law is constant."))
 
+_FEW = 12
+"""Runs below which it is said that they are few."""
 _BEYOND = "outside of what is declared"
 _WORSE = 1.2
 """Times the chi-square without findings above which a block is worse with them: by more than models leave of noise."""
@@ -261,10 +263,13 @@ def _describe_next(finding: MachineFinding) -> Iterator[str]:
 def warnings(result: MachineStudyResult) -> Entries:
     """Return what limits the answer of this study, before anything else."""
     entries: Entries = [] if result.partial is None else [result.partial.warning]
+    if result.runs < _FEW:
+        entries.append((f"Few runs: {result.runs}.", "What is named must show in runs that agree, so that more may be "
+                        "missing than so few can tell. Record some 20 to 60 that differ in commands and conditions."))
     if result.set_aside:
         entries.append((f"Set aside: run{'s' * (len(result.set_aside) > 1)} "
                         f"{listed([str(run) for run in result.set_aside])},",
-                        "numbered from 0. Each is far worse than all others and is not used: look at its signals."))
+                        "numbered from 0: far worse than all others and not used. Look at the signals."))
     entries += [(f"Unexplained: block “{block.name}”.", f"Reduced chi-square is {block.chi_square:.2f} with all "
                  "findings, and no candidate explains the rest. Findings and intervals may be off.")
                 for block in result.blocks if block.unexplained]
@@ -344,7 +349,8 @@ def _describe_rival(rival: Rival) -> str:
 def coefficient_table(finding: MachineFinding) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Return head and rows of a table of the coefficients of a finding."""
     rows: list[tuple[str, ...]] = [
-        (each.name, *_state_value(_rescale(each), ", contains 0" * (each.lower <= 0 <= each.upper)))
+        (each.name, *_state_value(_rescale(each), ", contains 0" * (each.lower <= 0 <= each.upper),
+                                  each.lower == each.upper))  # a shape of a grid that leads all others
         for each in finding.coefficients]
     return (finding.kind or "", "value", "95 % interval"), rows
 

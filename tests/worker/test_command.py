@@ -176,7 +176,8 @@ def test_when_one_of_both_ends_the_other_does_too(tmp_path: Path, port: int) -> 
     process = serving(tmp_path, port, "--with-worker")
     service, worker = children(process)
     os.kill(service, signal.SIGKILL)
-    process.communicate(timeout=30)
+    _, said = process.communicate(timeout=30)
+    assert "The service was ended by SIGKILL, and the other program ends with it" in said
     assert process.returncode == 128 + signal.SIGKILL
     assert not is_running(worker)
 

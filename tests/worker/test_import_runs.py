@@ -66,6 +66,19 @@ def test_a_long_recording_becomes_runs_and_a_page(folder: Path, capsys: pytest.C
         assert said in page
 
 
+def test_the_sheet_of_conditions_may_lie_in_the_folder_of_the_recordings(
+        folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "files" / "plan.csv").write_text("file;weight [N]\nsled.csv;4\nother.csv;5\n")
+    (folder / "files" / "long.csv").rename(folder / "files" / "sled.csv")
+    assert run(folder, "--guess") == 0
+    assert "units of sled.csv" in capsys.readouterr().out
+    text = (folder / "channels.toml").read_text()
+    (folder / "channels.toml").write_text(text.replace(
+        'load = { value = "3 N" }', 'load = { column = "weight" }\nplan = "files/plan.csv"'))
+    assert run(folder, "--map", str(folder / "channels.toml"), "--out", str(folder / "runs.h5")) == 0
+    assert read_runs(folder / "runs.h5").conditions["load"].tolist() == [4.0] * 5
+
+
 def test_a_wrong_unit_of_a_signal_looks_wrong(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "machine.py").write_text(MACHINE.replace(
         'Parameter("gain")', 'Parameter("gain", value=1.0)').replace(

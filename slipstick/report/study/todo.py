@@ -67,9 +67,9 @@ def _leaves_much(block: BlockResult) -> bool:
 
 
 def caution(warnings: Entries) -> Entries:
-    """Return the warnings by their lead-ins, which stand below."""
-    leads = dict.fromkeys(lead.rstrip(":.") for lead, _ in warnings)
-    return [("Mind the warnings below:", f"{', '.join(leads)}.")] if warnings else []
+    """Return the warnings by their lead-ins: they stand below on a page, and above in plain text."""
+    leads = dict.fromkeys(lead.rstrip(":.,") for lead, _ in warnings)
+    return [("Mind the warnings:", f"{', '.join(leads)}.")] if warnings else []
 
 
 def attach_laws(tables: Iterable[tuple[str, LawTable]]) -> list[Part]:

@@ -17,7 +17,17 @@ from slipstick.acquisition import open_source, propose_for_machine, read_machine
 from slipstick.acquisition.mapping import ChannelRef, Standstills
 from slipstick.black_box.ranges import simulate_ranges
 from slipstick.errors import BadRecording
-from slipstick.machine import Block, Command, Condition, Machine, Sensor, read_runs, require_runs, write_runs
+from slipstick.machine import (
+    Block,
+    Command,
+    Condition,
+    Machine,
+    Sensor,
+    SignalRange,
+    read_runs,
+    require_runs,
+    write_runs,
+)
 from tests.slipstick.acquisition.sled import DRIVEN, MAP, MOVE, REST, SLED, STANDSTILLS, as_csv, imported, recording
 
 WHOLE = round((REST + MOVE) / 1e-3)  # samples from one standstill to the next
@@ -407,6 +417,17 @@ def test_a_signal_of_another_order_than_in_the_experiments_of_the_machine_is_dou
         unit: str, doubts: tuple[str, ...]) -> None:
     assert imported(recording(), text=edited("mm/s", unit), machine=DRIVEN,
                     ranges=simulate_ranges(DRIVEN)).doubts == doubts
+
+
+@pytest.mark.parametrize(("lowest", "highest", "doubted"), [(-5.0, -1.0, True), (-5.0, 0.3, True), (-5.0, 1.0, False),
+                                                            (0.0, 5.0, False)])
+def test_a_signal_on_the_other_side_of_zero_is_doubted(lowest: float, highest: float, doubted: bool) -> None:
+    bare = recording()
+    positive = {**bare, "v": np.abs(bare["v"])}
+    found = imported(positive, machine=DRIVEN, ranges=[SignalRange("speed", lowest, highest)]).doubts
+    assert [doubt for doubt in found if "sign" in doubt] == [
+        "speed is positive in the runs, and negative in the experiments that the machine declares. Check its sign"
+    ] * doubted
 
 
 @pytest.mark.parametrize(("channel", "says"), [

@@ -99,6 +99,26 @@ REFUSED: dict[str, tuple[Callable[[], Machine], str, str]] = {
     "a digit first": (twice("quantities", Quantity("2 leaks")),
                       "'2 leaks' cannot be a name among the quantities: '2_leaks' is no", "Begin with a letter"),
     "no name": (twice("parameters", Parameter("")), "'' cannot be a name", "Begin with a letter"),
+    "a name in the place of a tuple": (lambda: machine(block(reads="voltage")),
+                                       "The block 'vessel' .* has 'voltage' as its reads", "has a comma"),
+    "a sensor in the place of a tuple": (lambda: machine(sensors=Sensor("level")),
+                                         "has a single Sensor as its sensors", "Write sensors="),
+    "a level in the place of a tuple": (lambda: machine(conditions=(Condition("load", levels=2.0),)),  # type: ignore[arg-type]
+                                        "The condition 'load' has 2.0 as its levels", "Write levels="),
+    "a text as a duration": (lambda: machine(duration="2 s"), "has '2 s' as its duration, which is no number",
+                             "without a unit"),
+    "a negative scatter": (twice("parameters", Parameter("area", scatter=-0.1)),
+                           "The parameter 'area' has -0.1 as its scatter", "Give a number above 0, or 0"),
+    "no scale": (twice("parameters", Parameter("area", scale=0.0)), "The parameter 'area' has 0.0 as its scale",
+                 "above 0"),
+    "a negative noise": (lambda: machine(sensors=(Sensor("level", noise=-1.0),)),
+                         "The sensor 'level' has -1.0 as its noise", "Give a number above 0, or 0"),
+    "the first value of no signal": (twice("parameters", Parameter("begin", first_of="depth")),
+                                     "'begin' is the first value of 'depth', which is no", "Name one of: level"),
+    "a profile that goes back": (lambda: machine(commands=(Command("voltage", profiles=(((0, 1), (2, 1), (1, 3)),)),)),
+                                 "Profile 0 of the command 'voltage' goes back from 2 s to 1 s", "Sort"),
+    "a profile without pairs": (lambda: machine(commands=(Command("voltage", profiles=((0, 1), (2, 1))),)),  # type: ignore[arg-type]
+                                "Profile 0 of the command 'voltage' is no tuple of corners", "pairs"),
 }
 
 

@@ -132,6 +132,17 @@ def test_equations_that_fail_are_refused_with_block_and_line(tmp_path: Path, par
         open_machine(path)
 
 
+def test_a_start_that_reads_a_simulated_signal_is_refused_with_the_parameter_to_declare(tmp_path: Path) -> None:
+    path, start = tmp_path / "mine.py", "@cart.start\ndef begin(u, q, p):\n    return u.{}\n\n\nMACHINE"
+    text = EQUATIONS.replace('reads=("pull", ', 'reads=("pull", "speed", ')
+    path.write_text(text.replace("MACHINE", start.format("pull")))
+    assert open_machine(path).name == "cart"
+    path.write_text(text.replace("MACHINE", start.format("speed")))
+    with pytest.raises(BadMachine, match=r"The start of the block 'cart' .* reads u\.speed") as refused:
+        open_machine(path)
+    assert "first_of='speed'" in refused.value.remedy
+
+
 def test_a_machine_that_does_not_exist_is_answered_with_those_that_do(tmp_path: Path) -> None:
     with pytest.raises(UnknownName, match="two_tanks"):
         open_machine(tmp_path / "two_tank.py")

@@ -295,6 +295,12 @@ def test_runs_of_another_machine_are_refused(folder: Path) -> None:
         slipstick.study("heavy", runs)
 
 
+def test_too_few_runs_are_refused(folder: Path) -> None:
+    runs = Runs.open(folder / "of_mine.h5").take(np.arange(2))
+    with pytest.raises(BadRecording, match="at least 3 runs that can agree, and the recordings have 2"):
+        study_machine(Machine.open(folder / "mine.py"), runs)
+
+
 def test_runs_that_are_far_off_are_set_aside_and_said(folder: Path) -> None:
     runs = Runs.open(folder / "of_mine.h5")
     signals = {name: values.copy() for name, values in runs.signals.items()}
@@ -310,6 +316,8 @@ Change = Callable[[str], str]
 @pytest.mark.parametrize(("change", "key", "what"), [
     (lambda text: text.replace("- q.lost_heat", ""), "lost heat", "no signal changes with it"),
     (lambda text: text.replace("noise=0.05", "noise=80.0"), "temperature", "its noise is"),
+    (lambda text: text.replace('without=("air speed",)', 'without=("air sped", "past fan voltage")'), "power",
+     "it names 'air sped'"),
     (lambda text: text.replace("noise=0.05", "noise=0.0"), "temperature", "has no noise"),
     (lambda text: text.replace("above=60.0", "above=100.0"), "warm_up_time", "have no such output"),
     (lambda text: text.replace("quantities=(air,)", "quantities=()").replace("* (1 + q.air)", ""), "fan",

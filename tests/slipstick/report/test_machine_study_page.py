@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineParameter, MachineStudyResult, Rival
 from slipstick.machine_studies.words import answer, name_finding
-from slipstick.report.machine_study import advise, parameter_table, sections, tell_evidence
+from slipstick.report.machine_study import advise, parameter_table, sections, tell_evidence, warnings
 from slipstick.report.study.parts import Items, Table
 from slipstick.studies.finding import Coefficient, Law
 
@@ -118,3 +118,15 @@ def test_an_interval_without_width_at_a_bound_is_left_out() -> None:
     narrow = replace(dry, value=0.029, lower=0.028999, upper=0.029001, beyond=True)
     _, rows = parameter_table([narrow, replace(narrow, beyond=False), replace(dry, beyond=True)])
     assert [row[3] for row in rows] == ["–", "0.02900 to 0.02900 N m", "0.02800 to 0.03000 N m"]
+
+
+def test_few_runs_are_warned_about_and_a_shape_of_a_grid_has_no_interval() -> None:
+    assert warnings(make_result()) == []
+    (lead, text), = warnings(replace(make_result(), runs=11))
+    assert lead == "Few runs: 11."
+    assert "20 to 60" in text
+    lag = replace(make_finding(LAG, "winding"), kind="first-order lag", equation="y", coefficients=[
+        Coefficient("share", "1", 0.82, 0.79, 0.85, False), Coefficient("time", "s", 0.0136, 0.0136, 0.0136, False)])
+    tables = [part for section in sections(make_result(lag), []) if section.title.startswith("Finding")
+              for part in section.parts if isinstance(part, Table)]
+    assert [row[1:] for row in tables[0].rows] == [("0.8200", "0.7900 to 0.8500"), ("13.60 ms", "–")]

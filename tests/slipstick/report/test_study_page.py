@@ -242,7 +242,8 @@ def test_warnings_come_before_the_findings(studied: Studied, reading: Read) -> N
     assert "something that no law explains" in text
     assert text.index("Set aside") < text.index("Finding: slip-speed-dependent friction")
     body = text[text.index("Slipstick ·"):]
-    assert body.index("Mind the warnings below: Set aside") < body.index("Unexplained: “current")
+    assert "Mind the warnings: Set aside: engagements 3 and 17, Unexplained" in body  # a single comma
+    assert body.index("Mind the warnings: Set aside") < body.index("Unexplained: “current")
 
 
 @pytest.mark.usefixtures("undrawn")
