@@ -7,11 +7,9 @@ from evidence.answer import Answer, LawOfPair, NamedPair, Pair
 from slipstick.bench import Bench
 from slipstick.clutch.declared import declare, runs_of, values_of
 from slipstick.engine.measured_law import Law, measure
-from slipstick.engine.preparation import prepare
-from slipstick.engine.recordings import Recorded
-from slipstick.engine.selection import identify
 from slipstick.engine.settings import EngineSettings
-from slipstick.machine import Machine, open_machine, read_runs
+from slipstick.engine.study import identify_runs
+from slipstick.machine import Machine, Runs, open_machine, read_runs
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
 from slipstick.recordings import Recordings
@@ -24,9 +22,8 @@ _WORDS = {("stick torque", "offset"): "twist", ("piston rate", "piston rate"): "
 
 def answer_by_engine(case: str, described: Path, recorded: Path, settings: EngineSettings | None = None) -> Answer:
     """Name what is missing in another machine, or in a clutch."""
-    prepared = prepare_machine(described, recorded) if described.name == "machine.json" else _prepare_clutch(
-        described, recorded)
-    answer = identify(prepared, settings)
+    read = read_machine if described.name == "machine.json" else _read_clutch
+    answer = identify_runs(*read(described, recorded), settings)
     findings = tuple(NamedPair(translate(finding.pair), tuple(translate(rival) for rival in finding.rivals),
                                nats=round(finding.nats, 1)) for finding in answer.findings)
     laws = tuple(_state_law(measure(fit, finding.pair)) for finding in answer.findings for fit in answer.fits
@@ -40,17 +37,17 @@ def load_machine(name: str) -> Machine:
     return open_machine(MACHINES / f"{name.replace(' ', '_')}.py")
 
 
-def prepare_machine(described: Path, recorded: Path) -> Recorded:
-    """Return the recordings of another machine, with its nominal numbers."""
+def read_machine(described: Path, recorded: Path) -> tuple[Machine, Runs, dict[str, float]]:
+    """Return another machine, the recordings, and its nominal numbers."""
     content = json.loads(described.read_text())
-    return prepare(load_machine(content["machine"]), read_runs(recorded), content["values"])
+    return load_machine(content["machine"]), read_runs(recorded), content["values"]
 
 
-def _prepare_clutch(described: Path, recorded: Path) -> Recorded:
+def _read_clutch(described: Path, recorded: Path) -> tuple[Machine, Runs, dict[str, float]]:
     bench, recordings = Bench.open(described), Recordings.open(recorded)
     scene = Scene.of(bench, recordings, NamingSettings())
     runs = runs_of(bench, recordings, scene.slipping, scene.locked)
-    return prepare(declare(bench), runs, values_of(bench))
+    return declare(bench), runs, values_of(bench)
 
 
 def translate(pair: Pair) -> Pair:

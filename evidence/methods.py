@@ -12,11 +12,12 @@ from pathlib import Path
 from numba import set_num_threads
 
 from evidence.answer import Answer, LawOfPair, NamedPair
-from evidence.engine_method import answer_by_engine, prepare_machine, translate
+from evidence.engine_method import answer_by_engine, read_machine, translate
 from evidence.peers.residuals import answer_by_residuals
 from evidence.peers.sindy import answer_by_sindy
 from slipstick.bench import Bench
 from slipstick.clutch.effects import CATALOGUE, find
+from slipstick.engine.preparation import prepare
 from slipstick.engine.recordings import Recorded
 from slipstick.naming.answer import answer
 from slipstick.naming.measured import LawPoints
@@ -65,7 +66,7 @@ def _law(law: LawPoints) -> LawOfPair:
 
 def _answer_by_peer(answer_by: Callable[[str, Recorded], Answer], case: str, described: Path, recorded: Path) -> Answer:
     """Answer another machine than the clutch by a peer of the engine, in the words of the cases."""
-    said = answer_by(case, prepare_machine(described, recorded))
+    said = answer_by(case, prepare(*read_machine(described, recorded)))
     findings = tuple(replace(each, pair=translate(each.pair), rivals=tuple(map(translate, each.rivals)))
                      for each in said.findings)
     return replace(said, findings=findings, laws=tuple(replace(law, pair=translate(law.pair)) for law in said.laws))

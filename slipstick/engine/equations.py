@@ -78,16 +78,6 @@ def refine(values: np.ndarray, fine: int) -> np.ndarray:
     return np.asarray(values[:, low] + (instants - low) * (values[:, low + 1] - values[:, low]))
 
 
-def straighten(signal: np.ndarray) -> np.ndarray:
-    """Return samples (n, k) between which a line has the integral of a signal that bends between its samples.
-
-    It is less than the trapezoid by a twelfth of the change of its slope (the Euler-Maclaurin formula).
-    """
-    out = signal.copy()
-    out[:, 1:-1] -= (signal[:, 2:] - 2 * signal[:, 1:-1] + signal[:, :-2]) / 12
-    return out
-
-
 def ends(values: Values) -> tuple[Values, Values]:
     """Return values at the begins and at the ends of all steps."""
     return cut(values, slice(None, -1)), cut(values, slice(1, None))
@@ -128,8 +118,8 @@ class Equations:
         """Return the side of each switching state: at 0 that to which its rate leads, or where it rests, a share.
 
         The share, between -1 and 1, is that at which the rate is 0 (the equivalent control: Utkin, Sliding Modes in
-        Control and Optimization, 1992): what else depends on the side, such as the torque of plates that stick, is then
-        as if the state moved to both sides in turn.
+        Control and Optimization, 1992): what else depends on the side, such as the force between bodies that stick, is
+        then as if the state moved to both sides in turn.
         """
         return self._settle({place: np.sign(x[place]) for place in self.system.switches}, x, u, q, p)
 

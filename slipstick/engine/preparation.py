@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.engine.equations import refine, straighten
+from slipstick.engine.equations import refine
 from slipstick.engine.noise import Noise, estimate_loudness, estimate_sensor_noise
 from slipstick.engine.recordings import (
     MEASURED,
@@ -18,18 +18,17 @@ from slipstick.engine.recordings import (
     pose_nominal,
     smooth_signal,
 )
-from slipstick.engine.sampling import EXACT, find_hidden
 from slipstick.engine.trajectory import solve
 from slipstick.errors import InvalidValue
 from slipstick.machine.declaration import Block, Machine, Namespace, as_tuple, identifier_of
 from slipstick.machine.runs import Runs
 from slipstick.machine.system import States, system_of
-from slipstick.machine.whole import join_blocks
 
 _LOOSE = 0.3
 """Standard deviation of the prior of a mean that is to be calibrated, in the scale of its parameter."""
-_SUBSTEPS = 1, 2, 4, 8, 16, 32, 64
-"""Numbers of steps in a sample."""
+_SUBSTEPS, _EXACT = (1, 2, 4, 8, 16, 32, 64), 1.0
+"""Numbers of steps in a sample, and the nats in all runs by which twice as many may differ: no decision depends on
+it."""
 _STATED = 1e-3
 """Standard deviation of the mean of a condition over the runs, beside the errors of its levels."""
 _DRAWN = 25.0
@@ -46,8 +45,8 @@ def prepare(machine: Machine, runs: Runs, values: Mapping[str, float] | None = N
     """Return a machine with its recorded runs, at nominal `values` of its parameters by name.
 
     States that may come to rest are drawn to the recordings, unless the simulation `is_free`. A block of which a signal
-    or an input was not recorded is left out. Blocks are joined where samples hide what a signal between them does.
-    Raises `InvalidValue` where a parameter has no value, or a signal has no noise.
+    or an input was not recorded is left out. Raises `InvalidValue` where a parameter has no value, or a signal has no
+    noise.
     """
     signals = {name: np.asarray(value, float) for name, value in runs.signals.items()}
     noise = {name: estimate_sensor_noise(name, value) for name, value in signals.items()}
@@ -55,22 +54,26 @@ def prepare(machine: Machine, runs: Runs, values: Mapping[str, float] | None = N
     known = {*signals, *runs.commands, *runs.conditions, *runs.channels}
     blocks = [block for block in machine.blocks if set(block.signals) <= set(signals) and set(block.reads) <= known]
     nominal = _find_nominal(machine, blocks, runs, signals, values or {})
-
-    def prepare_block(block: Block, is_free: bool = is_free, least: int = 1) -> Part:
-        return _prepare_part(block, machine, runs, signals, smooth, noise, nominal, is_free, least)
-
-    alone = [prepare_block(block) for block in blocks]
+    alone = [_prepare_part(block, machine, runs, signals, smooth, noise, nominal, is_free) for block in blocks]
     steps = {signal: part.fine for part in alone for signal in part.signals}
     # A part that reads what another one gives takes as many steps, to know how it bends between samples.
-    least = {part.name: max((steps.get(name, 1) for name in part.block.reads), default=1) for part in alone}
-    parts = tuple(prepare_block(part.block, least=least[part.name])
-                  if part.block.states and least[part.name] > part.fine else part for part in alone)
+    parts = tuple(_prepare_part(part.block, machine, runs, signals, smooth, noise, nominal, is_free, least)
+                  if part.block.states and least > part.fine else part for part in alone
+                  for least in [max((steps.get(name, 1) for name in part.block.reads), default=1)])
     within = list_signals(machine, runs, smooth)
     read = {name for block in blocks for name in block.reads}
     random, shared = _list_terms(machine, runs, parts, read)
-    recorded = Recorded(machine, runs, parts, random, shared, within, np.arange(len(runs)))
-    hidden = find_hidden(recorded, lambda block: prepare_block(block, is_free=True))
-    return prepare(join_blocks(machine, hidden), runs, values, is_free) if hidden else recorded
+    return Recorded(machine, runs, parts, random, shared, within, np.arange(len(runs)))
+
+
+def straighten(signal: np.ndarray) -> np.ndarray:
+    """Return samples (n, k) between which a line has the integral of a signal that bends between its samples.
+
+    It is less than the trapezoid by a twelfth of the change of its slope (the Euler-Maclaurin formula).
+    """
+    out = signal.copy()
+    out[:, 1:-1] -= (signal[:, 2:] - 2 * signal[:, 1:-1] + signal[:, :-2]) / 12
+    return out
 
 
 def _find_nominal(machine: Machine, blocks: Sequence[Block], runs: Runs, signals: Mapping[str, np.ndarray],
@@ -143,7 +146,7 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
         finer = at(fine)
         after = _predict_nominal(finer)
         off = np.mean((after - before) ** 2, axis=(0, 2)) / [sensor.fresh**2 for sensor in coarse.sensors]
-        if not (0.5 * off * len(runs) * len(runs.time) >= EXACT).any():
+        if not (0.5 * off * len(runs) * len(runs.time) >= _EXACT).any():
             return coarse
         coarse, before = finer, after
     return coarse

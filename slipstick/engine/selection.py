@@ -90,10 +90,13 @@ def identify(recorded: Recorded, settings: EngineSettings | None = None, log: Lo
         pass
     fits = tuple(search.fits.values())
     aside = np.setdiff1d(recorded.rows, bare[0].recorded.rows)
-    unexplained = tuple(name for each in fits for name, chi in each.chi_square.items()
-                        if _is_unexplained(chi, settings))
-    return Identification(tuple(search.findings), fits, tuple(bare), tuple(aside.tolist()), unexplained,
-                          time.perf_counter() - began)
+    return Identification(tuple(search.findings), fits, tuple(bare), tuple(aside.tolist()),
+                          list_unexplained(fits, settings), time.perf_counter() - began)
+
+
+def list_unexplained(fits: Sequence[Fit], settings: EngineSettings) -> tuple[str, ...]:
+    """Return the names of the parts of fits that leave more than noise."""
+    return tuple(name for each in fits for name, chi in each.chi_square.items() if _is_unexplained(chi, settings))
 
 
 Group = tuple[str, ...]

@@ -17,11 +17,12 @@ from slipstick.engine.fit import Fit, join
 from slipstick.engine.kinds import KindOfLaw, find_kind
 from slipstick.engine.laws import Candidate, list_candidates
 from slipstick.engine.linear_model import solve
+from slipstick.engine.loops import join_loops
 from slipstick.engine.measured_law import Law, measure
 from slipstick.engine.model import State
 from slipstick.engine.preparation import prepare
 from slipstick.engine.recordings import Pair, Recorded
-from slipstick.engine.selection import Finding, Identification, Log, fit_bare, identify, settle
+from slipstick.engine.selection import Finding, Identification, Log, fit_bare, identify, list_unexplained, settle
 from slipstick.engine.settings import EngineSettings
 from slipstick.engine.simulation import simulate
 from slipstick.machine.declaration import Machine
@@ -131,7 +132,7 @@ def study(machine: Machine, runs: Runs, values: Mapping[str, float] | None = Non
     runs (`Recorded`).
     """
     began, settings = time.perf_counter(), settings or EngineSettings()
-    named = identify(replace(prepare(machine, runs, values), executor=executor), settings, log)
+    named = identify_runs(machine, runs, values, settings, log, executor)
     named_laws = [(each, finding.pair) for finding in named.findings for each in named.fits
                   if finding.pair in each.laws]
     laws = tuple(measure(each, pair) for each, pair in named_laws)
@@ -145,13 +146,33 @@ def study(machine: Machine, runs: Runs, values: Mapping[str, float] | None = Non
     return replace(studied, confirmation=confirmation, seconds=time.perf_counter() - began)
 
 
+def identify_runs(machine: Machine, runs: Runs, values: Mapping[str, float] | None = None,
+                  settings: EngineSettings | None = None, log: Log = lambda _: None,
+                  executor: Executor | None = None) -> Identification:
+    """Find what `runs` ask for in a machine; blocks that read each other's signals are simulated together.
+
+    Where that leaves more than noise, something disturbs the machine that is neither known nor named, and reaches all
+    signals: the blocks are studied apart, each driven by what was measured of the others.
+    """
+    began, joined = time.perf_counter(), join_loops(machine, runs, values)
+    named = identify(replace(prepare(joined, runs, values), executor=executor), settings, log)
+    if joined is not machine and named.unexplained:
+        log("More than noise is left of what is simulated together: the blocks are studied apart")
+        named = identify(replace(prepare(machine, runs, values), executor=executor), settings, log)
+    return replace(named, seconds=time.perf_counter() - began)
+
+
 @_TRIALS
 @in_one_blas_thread
 def fit_parameters(machine: Machine, runs: Runs, settings: EngineSettings | None = None,
                    log: Log = lambda _: None, executor: Executor | None = None) -> Fit:
     """Return the fit of the parameters of a machine to `runs` without any law."""
     log("Fitting the parameters of the blocks")
-    return join(settle(replace(prepare(machine, runs), executor=executor), settings or EngineSettings()))
+    joined, settings = join_loops(machine, runs), settings or EngineSettings()
+    fits = settle(replace(prepare(joined, runs), executor=executor), settings)
+    if joined is not machine and list_unexplained(fits, settings):
+        fits = settle(replace(prepare(machine, runs), executor=executor), settings)
+    return join(fits)
 
 
 def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:

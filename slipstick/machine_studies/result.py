@@ -84,8 +84,8 @@ class MachineBlock:
     converged: bool = True
     """Whether the fit of the block with all findings reached its optimum."""
     joined: list[str] = field(default_factory=list)
-    """Declared blocks that are studied as this one, as they read each other's signals and samples hide what these do;
-    empty for a declared block."""
+    """Declared blocks that read each other's signals and are simulated together as this one; empty for a declared
+    block."""
 
 
 @dataclass(frozen=True)

@@ -420,6 +420,6 @@ def _list_blocks(result: MachineStudyResult) -> Section:
                    if is_so)) for block in result.blocks]
     head = ("block", "reads → gives", "without findings", "with", "remark")
     notes = [Note("Median over the runs of the reduced chi-square: 1 if only noise is left."), *(
-        Note(f"The blocks {listed([f'“{name}”' for name in block.joined])} read each other's signals, and samples hide "
-             "what these do in between: they are studied as one.") for block in result.blocks if block.joined)]
+        Note(f"The blocks {listed([f'“{name}”' for name in block.joined])} read each other's signals, which are "
+             "simulated together: they are one block here.") for block in result.blocks if block.joined)]
     return Section("Blocks", [Table(head, rows, words=(1, 4)), *notes])

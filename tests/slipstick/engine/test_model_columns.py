@@ -181,8 +181,7 @@ def finer(part: Part, by: int) -> Part:
 
 @pytest.mark.parametrize(("name", "block", "pair"), [
     ("two_tanks", "tank 1", ("leak 1", "level 1")), ("two_tanks", "tank 2", ("level 1 sensor", "level 2")),
-    ("dc_motor", "winding and shaft", ("torque constant", "current")),
-    ("dc_motor", "winding and shaft", ("friction torque", "speed"))])
+    ("dc_motor", "winding", ("torque constant", "current")), ("dc_motor", "shaft", ("friction torque", "speed"))])
 def test_columns_of_bent_laws_over_own_variables_are_linear_within_steps(name: str, block: str, pair: Pair) -> None:
     """A hat that bends within a step is a line there: what is wrong goes away with the length of the steps."""
     recorded, laws = record(name), {pair: candidates_of(name)[pair]}

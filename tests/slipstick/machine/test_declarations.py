@@ -307,9 +307,9 @@ def test_blocks_of_shipped_machines_follow_simulated_runs(name: str) -> None:
     """At nominal parameters, driven by what was measured of the other blocks."""
     (runs, exact), noise = SIMULATED[name][0](), SIMULATED[name][1]
     taken = shipped(name)
-    for block in taken.blocks:
-        part, = prepare(replace(taken, blocks=(block,)), runs).parts
-        assert part.name == block.name
+    recorded = prepare(taken, runs)
+    assert [part.name for part in recorded.parts] == [each.name for each in taken.blocks]
+    for part in recorded.parts:
         signal = part.block.gives
         assert part.sensors[0].std == pytest.approx(noise[signal], rel=0.4)
         assert part.counted.all()
@@ -352,9 +352,8 @@ def test_parameters_are_as_declared_as_stated_or_the_first_value_of_a_signal() -
 
 
 def test_a_stated_condition_is_a_parameter_with_errors_of_its_levels() -> None:
-    motor, runs = shipped("dc_motor"), run_motor()[0]
-    winding, shaft = (prepare(replace(motor, blocks=(block,)), runs).parts[0] for block in motor.blocks)
-    recorded = prepare(motor, runs)
+    recorded = prepare(shipped("dc_motor"), run_motor()[0])
+    winding, shaft = recorded.parts
     np.testing.assert_array_equal(shaft.parameters["load_torque"][:, 0], np.repeat([0.005, 0.01], RUNS // 2))
     assert "load_torque" not in winding.parameters
     assert "load_torque" not in shaft.inputs
