@@ -35,7 +35,6 @@ from tests.hidden_laws import CONVERTER_LAGS, EXACT, FRICTION_FALLS, TABLES, cas
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "tests" / "validation" / "data"
-HEAVY, COMPACT = shipped("heavy"), shipped("compact")
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "evidence" / "generator").glob("*.py")), ids=lambda path: path.name)
@@ -75,7 +74,7 @@ def test_nominal_signals_agree_with_the_reference(nominal_run: Run) -> None:
     rows = np.loadtxt(DATA / "trajectories.csv", delimiter=",", skiprows=1)
     for condition in (0, 100, 215):
         reference = rows[rows[:, 0] == condition]
-        samples = np.searchsorted(HEAVY.time, reference[:, 1] - 1e-6)
+        samples = np.searchsorted(shipped("heavy").time, reference[:, 1] - 1e-6)
         for column, name in enumerate((*SENSORS, "piston_position"), start=2):
             error = nominal_run.quantities[name][condition, samples] - reference[:, column]
             assert np.max(np.abs(error)) < 1e-4 * np.ptp(reference[:, column]), name
@@ -122,13 +121,14 @@ def test_runs_of_an_effect_follow_each_other_or_do_not() -> None:
 
 
 def test_a_compliant_shaft_rings_after_lock_up() -> None:
+    heavy = shipped("heavy")
     soft = law("shaft_compliance", "twist", lambda x: 2e-4 + 0 * x, "difference")
     run = simulate(case_of(soft, seed=3, count=4, world=EXACT, shift=0.0), 1e-6)
     slip = run.quantities["input_speed"] / 3.2 - run.quantities["output_speed"]
     rigid = 1 / 2.56 + 1 / run.engagements.load_inertia
     for lane, locked in enumerate(run.lock_time):
-        first, second = argrelmin(slip[lane, locked < HEAVY.time])[0][:2]
-        assert HEAVY.time[second - first] == pytest.approx(2 * np.pi / np.sqrt(rigid[lane] / 2e-4), rel=0.06)
+        first, second = argrelmin(slip[lane, locked < heavy.time])[0][:2]
+        assert heavy.time[second - first] == pytest.approx(2 * np.pi / np.sqrt(rigid[lane] / 2e-4), rel=0.06)
 
 
 def test_play_holds_the_current_at_reversals_and_several_are_their_weighted_mean() -> None:
@@ -234,22 +234,24 @@ def test_ingredients_of_a_world_are_drawn_independently_of_each_other(drawn: Run
 
 
 def test_every_parameter_scatters_as_drawn_except_the_gear_ratio() -> None:
-    world = draw_world([5], HEAVY, ["scatter"])
+    heavy = shipped("heavy")
+    world = draw_world([5], heavy, ["scatter"])
     values = simulate(case_of(seed=5, count=216, world=world, shift=0.0), 1e-3).engagements.values
     assert set(values) - set(world.scatter) == {"gr"}
     assert np.ptp(values["gr"]) == 0
     for name, std in world.scatter.items():
-        assert np.std(values[name]) == pytest.approx(std * HEAVY.parameters[name], rel=0.2)
+        assert np.std(values[name]) == pytest.approx(std * heavy.parameters[name], rel=0.2)
 
 
 def test_factors_multiply_the_mean_of_a_parameter() -> None:
     values = simulate(case_of(seed=5, count=6, world=EXACT, shift=0.0, factors={"Ji": 1.4}), 1e-3).engagements.values
-    assert set(values["Ji"] / HEAVY.parameters["Ji"]) == {1.4}
+    assert set(values["Ji"] / shipped("heavy").parameters["Ji"]) == {1.4}
 
 
 def test_noise_of_many_worlds_spans_the_stated_ranges() -> None:
-    worlds = [draw_world([seed], HEAVY, ["noise"]) for seed in range(200)]
-    std = np.array([[world.noise[name] / HEAVY.ranges[name] for name in SENSORS] for world in worlds])
+    heavy = shipped("heavy")
+    worlds = [draw_world([seed], heavy, ["noise"]) for seed in range(200)]
+    std = np.array([[world.noise[name] / heavy.ranges[name] for name in SENSORS] for world in worlds])
     memory = np.array([[*world.memory.values()] for world in worlds])
     assert 0.0005 < std.min() < 0.003  # half of the stated noise, or 0.3 % of the range
     assert 0.02 < std.max() < 0.03
@@ -257,8 +259,9 @@ def test_noise_of_many_worlds_spans_the_stated_ranges() -> None:
 
 
 def test_both_converter_curves_have_a_smooth_error() -> None:
-    changed = with_other_curves(COMPACT, 0.02, np.random.default_rng(2))
-    errors = [changed.torque_ratio / COMPACT.torque_ratio - 1, changed.capacity / COMPACT.capacity - 1]
+    compact = shipped("compact")
+    changed = with_other_curves(compact, 0.02, np.random.default_rng(2))
+    errors = [changed.torque_ratio / compact.torque_ratio - 1, changed.capacity / compact.capacity - 1]
     for error in errors:
         assert np.sqrt(np.mean(error**2)) == pytest.approx(0.02)
         assert np.max(np.abs(np.diff(error))) < 0.03
@@ -267,8 +270,9 @@ def test_both_converter_curves_have_a_smooth_error() -> None:
 
 
 def test_each_level_of_a_condition_has_one_error() -> None:
-    actual = with_errors(COMPACT.brake_torque, 0.02, np.random.default_rng(1))
-    errors = {level: set(actual[level == COMPACT.brake_torque] / level) for level in np.unique(COMPACT.brake_torque)}
+    compact = shipped("compact")
+    actual = with_errors(compact.brake_torque, 0.02, np.random.default_rng(1))
+    errors = {level: set(actual[level == compact.brake_torque] / level) for level in np.unique(compact.brake_torque)}
     assert all(len(values) == 1 for values in errors.values())
     assert len(set.union(*errors.values())) == 3
     assert max(abs(value - 1) for value in set.union(*errors.values())) < 0.04
@@ -278,7 +282,7 @@ def test_the_motor_sags_under_the_torque_of_the_pump() -> None:
     lanes = simulate(case_of(seed=5, count=5, bench="compact", world=EXACT), 1e-3).engagements
     sagging = replace(lanes, sag=0.02)
     stalled = _converter_torque(sagging, 0 * lanes.motor_speed) / _converter_torque(lanes, 0 * lanes.motor_speed)
-    load = (lanes.motor_speed / np.max(COMPACT.motor_speed)) ** 2
+    load = (lanes.motor_speed / np.max(shipped("compact").motor_speed)) ** 2
     np.testing.assert_allclose(stalled, (1 - 0.02 * load) ** 2, atol=2e-3)
 
 
@@ -286,7 +290,7 @@ def test_a_late_clock_shows_the_signal_of_a_moment_before() -> None:
     clocks = {"input_speed": 0.25, "output_torque": 0.75}
     on_time, late = (simulate(case_of(seed=7, count=5, bench="compact", world=world), 1e-4) for world in (
         EXACT, World(clocks=clocks)))
-    finer_bench = replace(on_time.engagements.bench, period=COMPACT.period / 4)
+    finer_bench = replace(on_time.engagements.bench, period=shipped("compact").period / 4)
     finer = observe(replace(on_time.engagements, bench=finer_bench), on_time.conditions, on_time.order, 1e-4)
     for name, quarters in (("input_speed", 1), ("output_torque", 3)):
         reading = finer.readings[name]
@@ -296,7 +300,7 @@ def test_a_late_clock_shows_the_signal_of_a_moment_before() -> None:
 
 
 def test_bad_runs_are_of_all_kinds_and_change_their_own_signals_only() -> None:
-    many = [draw(np.arange(54), 0.02, HEAVY, np.random.default_rng(seed)) for seed in range(200)]
+    many = [draw(np.arange(54), 0.02, shipped("heavy"), np.random.default_rng(seed)) for seed in range(200)]
     assert 1 <= np.mean([len(bad) for bad in many]) < 1.7
     assert {bad.kind for runs in many for bad in runs} == set(KINDS)
     time = np.arange(10.0)
@@ -327,7 +331,7 @@ def test_a_wrong_profile_is_recorded_and_told_by_the_truth(tmp_path: Path) -> No
     with h5py.File(tmp_path / "case.h5") as file:
         recorded = file["conditions/current_profile"][:]
     wrong = [bad.run for bad in describe(case, run).bad_runs]
-    np.testing.assert_array_equal(np.flatnonzero(recorded != HEAVY.profile[run.conditions]), wrong)
+    np.testing.assert_array_equal(np.flatnonzero(recorded != shipped("heavy").profile[run.conditions]), wrong)
 
 
 def test_batches_have_other_errors_and_noise() -> None:
@@ -335,7 +339,7 @@ def test_batches_have_other_errors_and_noise() -> None:
     case = case_of(seed=8, count=36, world=World(noise=noise, conditions=0.02, batches=True))
     run = simulate(case, 1e-4)
     later = second_batch(run.order)
-    nominal, actual = HEAVY.motor_speed[run.conditions], run.engagements.motor_speed
+    nominal, actual = shipped("heavy").motor_speed[run.conditions], run.engagements.motor_speed
     errors = [{level: set((actual / nominal)[half & (nominal == level)].round(9)) for level in set(nominal)}
               for half in (later, ~later)]
     assert all(len(values) <= 1 for half in errors for values in half.values())
@@ -345,20 +349,22 @@ def test_batches_have_other_errors_and_noise() -> None:
 
 
 def test_the_ambient_changes_speed_and_brake_torque_over_the_test_sequence() -> None:
+    heavy = shipped("heavy")
     run = simulate(case_of(seed=9, count=36, world=World(ambient=0.02)), 1e-4)
     lanes = run.engagements
-    assert np.array_equal(lanes.load_inertia, HEAVY.load_inertia[run.conditions])
-    for actual, nominal in ((lanes.motor_speed, HEAVY.motor_speed), (lanes.brake_torque, HEAVY.brake_torque)):
+    assert np.array_equal(lanes.load_inertia, heavy.load_inertia[run.conditions])
+    for actual, nominal in ((lanes.motor_speed, heavy.motor_speed), (lanes.brake_torque, heavy.brake_torque)):
         change = (actual / nominal[run.conditions])[np.argsort(run.order)]
         assert abs(change[-1] - change[0]) == pytest.approx(0.02)
 
 
 def test_temptations_change_a_world_as_they_say() -> None:
-    loud = TEMPTATIONS["loud_sensor"](World(), HEAVY, np.random.default_rng(1))
+    heavy = shipped("heavy")
+    loud = TEMPTATIONS["loud_sensor"](World(), heavy, np.random.default_rng(1))
     sensor, = (name for name in SENSORS if loud.noise[name])
-    assert (loud.noise[sensor], loud.memory[sensor]) == (0.03 * HEAVY.ranges[sensor], 0.9)
-    assert TEMPTATIONS["many_bad_runs"](World(bad_runs=0.02), HEAVY, np.random.default_rng(1)).bad_runs == 0.1
-    assert TEMPTATIONS["thermometer"](World(), HEAVY, np.random.default_rng(1)).thermometer
+    assert (loud.noise[sensor], loud.memory[sensor]) == (0.03 * heavy.ranges[sensor], 0.9)
+    assert TEMPTATIONS["many_bad_runs"](World(bad_runs=0.02), heavy, np.random.default_rng(1)).bad_runs == 0.1
+    assert TEMPTATIONS["thermometer"](World(), heavy, np.random.default_rng(1)).thermometer
 
 
 def test_a_thermometer_writes_the_oil_temperature_and_changes_nothing_else(tmp_path: Path) -> None:

@@ -106,7 +106,7 @@ from evidence.answer import Answer
 from evidence.methods import METHODS
 from evidence.runner import answer_cases
 METHODS["slow"] = lambda case, bench, recordings: time.sleep(float(sys.argv[2])) or Answer(case)
-cases = [("nothing_missing", seed) for seed in range(405, 409)]
+cases = [("other_machines", seed) for seed in (6, 14, 22, 30)]  # tanks without an effect, which are drawn at once
 print(len(list(answer_cases("slow", cases, work=Path(sys.argv[1])))))
 """
 

@@ -1,11 +1,13 @@
 """Suites draw what they say, from their seed alone."""
 
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from evidence.generator.bench import Bench
 from evidence.generator.case import Case, simulate
 from evidence.generator.dependences import KNOWN_PAIRS, Dependence
 from evidence.generator.draw_bench import draw_bench
@@ -19,15 +21,22 @@ SEEDS = (41, 42)
 
 
 def draw_roughly(patch: pytest.MonkeyPatch) -> None:
+    """Measure strengths once, by few runs, and without a fit."""
     for name, value in (("suites.MEASURED", 1), ("generator.strength.LANES", 4), ("generator.strength.ROUNDS", 0)):
         patch.setattr(f"evidence.{name}", value)
 
 
+@cache
+def bench_of_seed(seed: int) -> tuple[Bench, Run]:
+    return draw_bench([0, seed])
+
+
 @pytest.fixture(scope="module", params=SUITES)
 def cases(request: pytest.FixtureRequest) -> Iterator[tuple[str, list[Case]]]:
-    """A suite, and two of its cases, whose strengths are measured once, by few runs, and without a fit."""
+    """A suite, and two of its cases, drawn roughly: all suites have the same two benches."""
     with pytest.MonkeyPatch.context() as patch:
         draw_roughly(patch)
+        patch.setattr("evidence.suites.draw_bench", lambda key: bench_of_seed(key[1]))
         yield request.param, [draw_case(request.param, seed) for seed in SEEDS]
 
 
@@ -100,19 +109,16 @@ def test_a_drawn_law_is_neutral_without_amplitude_and_small_at_the_typical_one(
     assert drawn.typical > 0
 
 
-def test_effects_that_no_run_can_lack_act_in_all() -> None:
+def test_effects_that_no_run_can_lack_act_in_all(nominal: Run) -> None:
     few = {dependence.quantity for dependence in KNOWN if can_act_in_few_runs(
-        draw_effect(dependence, NOMINAL, np.random.default_rng(1)).effect)}
+        draw_effect(dependence, nominal, np.random.default_rng(1)).effect)}
     assert {"friction_coefficient", "chamber_pressure", "load_torque"} <= few
     assert not few & {"pressure_gain", "clearance_sequence", "friction_lag", "shaft_compliance", "valve_plays"}
 
 
-NOMINAL = draw_bench([2026, 6])[1]
-
-
-def test_forms_of_all_trends_and_many_families_are_drawn() -> None:
+def test_forms_of_all_trends_and_many_families_are_drawn(nominal: Run) -> None:
     random = np.random.default_rng(3)
-    effects = [draw_effect(KNOWN[random.integers(len(KNOWN))], NOMINAL, random).effect for _ in range(200)]
+    effects = [draw_effect(KNOWN[random.integers(len(KNOWN))], nominal, random).effect for _ in range(200)]
     assert {effect.trend for effect in effects} == {"falling", "rising", "neither"}
     assert len({effect.form for effect in effects}) > 30
 
