@@ -58,11 +58,13 @@ def test_a_broken_file_concerns_itself_alone(client: httpx.Client, folder: Path)
     assert not os.path.lexists(folder / "dangling.h5")
 
 
-def test_each_of_many_files_is_opened_once_for_lists_and_forms(client: httpx.Client, folder: Path) -> None:
+def test_each_of_many_files_is_opened_once_for_lists_and_forms(client: httpx.Client, folder: Path,
+                                                               few_recordings: Path) -> None:
     for number in range(20):  # more than the contents that are kept
-        for name in ("nominal.h5", "measured.h5", "heavy.toml"):
+        for name, copied in (("nominal.h5", folder / "nominal.h5"), ("measured.h5", few_recordings / "few.h5"),
+                             ("heavy.toml", folder / "heavy.toml")):
             stem, _, form = name.partition(".")
-            shutil.copy(folder / name, folder / f"{stem}-{number}.{form}")
+            shutil.copy(copied, folder / f"{stem}-{number}.{form}")
     pages = ("/", "/upload", "/find", "/tables/nominal", "/recordings/measured", "/benches/heavy", "/v1/tables",
              "/v1/recordings", "/v1/benches")
 

@@ -35,7 +35,7 @@ SLOPE = 0.002  # 1/K, of the cooling over the temperature beyond that of the roo
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the machine (with longer steps), its bench with an effect, and 24 runs of each."""
+    """A folder with the machine (with longer steps), its bench with an effect, 24 runs of each, and 12 of the bench."""
     folder = tmp_path_factory.mktemp("machines")
     model = SOURCE.replace("step=0.5", "step=2.0")
     assert model != SOURCE
@@ -43,6 +43,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "bench.py").write_text(model.replace("(1 + q.cooling)", f"(1 + q.cooling) * (1 + {SLOPE} * difference)"))
     for name in ("mine", "bench"):
         slipstick.simulate(Machine.open(folder / f"{name}.py"), runs=24, seed=4).save(folder / f"of_{name}.h5")
+    slipstick.simulate(Machine.open(folder / "bench.py"), runs=12, seed=4).save(folder / "few.h5")
     return folder
 
 
@@ -97,11 +98,11 @@ def test_a_law_of_an_effect_that_the_machine_declares_is_called_by_its_name(fold
     root = Kind("root", ("growth",), (0,), lambda x, _: [np.sqrt(np.maximum(x - 21, 0))])
     effects = (Effect("free convection", "cooling", "temperature", root if own else "proportional"),
                Effect("radiation", "cooling", "temperature", "quadratic"))
-    machine, runs = replace(Machine.open(folder / "mine.py"), effects=effects), Runs.open(folder / "of_bench.h5")
+    machine, runs = replace(Machine.open(folder / "mine.py"), effects=effects), Runs.open(folder / "few.h5")
     if own:
         (folder / "root.py").write_text((folder / "bench.py").read_text().replace(
             f"(1 + {SLOPE} * difference)", "(1 + 0.05 * np.sqrt(np.maximum(difference, 0)))"))
-        runs = slipstick.simulate(Machine.open(folder / "root.py"), runs=24, seed=4)
+        runs = slipstick.simulate(Machine.open(folder / "root.py"), runs=12, seed=4)
     result, _ = study_machine(machine, runs)
     finding, = result.findings
     assert (finding.effect, finding.kind) == ("free convection", "root" if own else "proportional")
@@ -237,7 +238,7 @@ def test_a_study_is_saved_and_opened_with_its_pictures(studied: MachineStudy, tm
 
 
 def test_commands_do_the_same(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    runs, machine = str(folder / "of_bench.h5"), str(folder / "mine.py")
+    runs, machine = str(folder / "few.h5"), str(folder / "mine.py")
     assert main(["study", runs, "--machine", machine, "--out", str(tmp_path / "s.json")]) == 0
     assert "Missing: cooling that depends on the temperature" in capsys.readouterr().out
     assert json.loads((tmp_path / "s.json").read_text())["result"]["machine"] == "heated plate"
@@ -252,8 +253,8 @@ def test_commands_do_the_same(folder: Path, tmp_path: Path, capsys: pytest.Captu
 
 
 def test_the_worker_studies_runs_of_the_library_and_its_output_makes_the_report(folder: Path) -> None:
-    order: dict[str, Any] = {"recordings": "of_bench", "machine": "heated plate", "settings": {}, "time_budget": 60.0,
-                             "recordings_digest": Runs.open(folder / "of_bench.h5").digest}
+    order: dict[str, Any] = {"recordings": "few", "machine": "heated plate", "settings": {}, "time_budget": 60.0,
+                             "recordings_digest": Runs.open(folder / "few.h5").digest}
     kept, said = list[dict[str, Any]](), list[dict[str, Any]]()
     report: Any = type("Report", (), {"__call__": lambda self, content: said.append(content),
                                       "keep": lambda self, content: kept.append(content)})()
@@ -265,7 +266,7 @@ def test_the_worker_studies_runs_of_the_library_and_its_output_makes_the_report(
     assert partial["result"]["gap"] is None
     with pytest.raises(TimeBudgetEnded):
         study_steps.end_declared(order, None, 60.0)
-    job = {"id": "a", "recordings": "of_bench", "recordings_digest": "d", "machine": "heated plate", "settings": {},
+    job = {"id": "a", "recordings": "few", "recordings_digest": "d", "machine": "heated plate", "settings": {},
            "submitted": "", "ended": ""}
     for each in (output, {**partial, "seconds": {"study": 1.0}}):
         page = made.page(json.dumps({"kind": "study", "job": job, "output": each, "fits": None}).encode()).decode()
