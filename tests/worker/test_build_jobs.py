@@ -11,19 +11,19 @@ from typing import Any
 import httpx
 import numpy as np
 import pytest
-from test_serve_jobs import Bench, ended
+from test_serve_jobs import WITH_MOTOR, Bench, ended
 
 import slipstick
 from slipstick.clutch.model import Model
 from slipstick.storage.library import Library
-from slipstick.storage.shipped import FOLDER
 from slipstick.table import Grid
 from tests.benches import HEAVY
 
 ADDRESS = "/v1/builds"
 SMALL = {"bench": "heavy", "axes": {"pressure_bias": [0.8, 1.2, 3], "initial_position": [0.8, 1.2, 2]}}
-LARGE = {"bench": "heavy", "axes": {"pressure_bias": [0.8, 1.2, 70], "initial_position": [0.8, 1.2, 70],
-                                    "current_gain": [0.9, 1.1, 3]}}
+LARGE = {"bench": "heavy", "axes": {"pressure_bias": [0.8, 1.2, 40], "initial_position": [0.8, 1.2, 40],
+                                    "current_gain": [0.9, 1.1, 2]}}
+"""Some 35 chunks of runs: enough to be killed, cancelled and ended between two of them."""
 MOTOR = {"machine": "dc motor", "output": "run_up_time", "axes": {"resistance_value": [0.8, 1.2, 3]}}
 
 
@@ -53,9 +53,17 @@ def is_under_way(job: dict[str, Any]) -> bool:
     return job["progress"] is not None and job["progress"]["done"] > 0.02
 
 
+def test_a_machine_is_not_tabulated_by_a_worker_that_lacks_its_file(bench: Bench) -> None:
+    bench.post(ADDRESS, "without", {"name": "motor", **MOTOR})
+    failed = bench.follow("without", ended, address=ADDRESS)
+    assert failed["problem"] == ("This worker has no machine 'dc motor'; it has: none. Start it with `work --machine "
+                                 "FILE`, the file of the machine.")
+    assert bench.client.delete(f"{ADDRESS}/without").status_code == 204
+
+
 def test_a_build_goes_on_after_its_worker_was_killed(bench: Bench, tmp_path: Path) -> None:
     bench.post(ADDRESS, "killed", {"name": "large", **LARGE})
-    assert "of 3,175,200 engagements" in bench.follow("killed", is_under_way, address=ADDRESS)["progress"]["doing"]
+    assert "of 691,200 engagements" in bench.follow("killed", is_under_way, address=ADDRESS)["progress"]["doing"]
     assert bench.client.get("/v1/tables/large").status_code == 404
     assert "is being built by /v1/builds/killed" in refused(bench.client, 409, name="large", bench="heavy")["detail"]
     renamed = bench.client.patch("/v1/benches/heavy", json={"name": "other"})
@@ -63,7 +71,7 @@ def test_a_build_goes_on_after_its_worker_was_killed(bench: Bench, tmp_path: Pat
     assert f"{ADDRESS}/killed" in renamed.json()["detail"]
     bench.kill(bench.worker)
     assert kept(bench, "large")
-    bench.work()
+    bench.work("worker-1", *WITH_MOTOR)
     doing = set()
 
     def is_over(job: dict[str, Any]) -> bool:
@@ -76,7 +84,7 @@ def test_a_build_goes_on_after_its_worker_was_killed(bench: Bench, tmp_path: Pat
     finished = bench.client.get(job["links"]["result"])
     direct = slipstick.build("heavy", LARGE["axes"], progress=False)  # type: ignore[arg-type]
     assert finished.json()["result"] == {
-        "digest": direct.digest, "shape": [70, 70, 3, 216],
+        "digest": direct.digest, "shape": [40, 40, 2, 216],
         "statuses": {"locked": int((direct.status == 0).sum()), "never_locked": int((direct.status == 1).sum()),
                      "failed": 0}}
     assert bench.client.get("/v1/tables/large").json()["digest"] == direct.digest
@@ -138,12 +146,7 @@ def test_a_name_that_is_taken_meanwhile_fails_the_build_and_replaces_nothing(ben
 
 
 def test_a_machine_is_tabulated_by_a_worker_that_has_its_file(bench: Bench) -> None:
-    bench.post(ADDRESS, "without", {"name": "motor", **MOTOR})
-    failed = bench.follow("without", ended, address=ADDRESS)
-    assert failed["problem"] == ("This worker has no machine 'dc motor'; it has: none. Start it with `work --machine "
-                                 "FILE`, the file of the machine.")
-    bench.kill(bench.worker)
-    bench.work("worker-1", "--machine", str(FOLDER / "machines" / "dc_motor.py"))
+    bench.require_machine()
     bench.post(ADDRESS, "motor", {"name": "motor", **MOTOR})
     job = bench.follow("motor", ended, address=ADDRESS)
     assert (job["status"], job["machine"], job["bench"]) == ("done", "dc motor", None), job["problem"]

@@ -11,7 +11,7 @@ from typing import Any
 import httpx
 import numpy as np
 import pytest
-from test_serve_jobs import Bench, ended
+from test_serve_jobs import WITH_MOTOR, Bench, ended
 
 import slipstick
 from slipstick.clutch.model import Model
@@ -19,7 +19,6 @@ from slipstick.engine.simulation import simulate_runs
 from slipstick.machine import list_experiments, open_machine, write_runs
 from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
-from slipstick.storage.shipped import FOLDER
 
 ADDRESS = "/v1/calibrations"
 MOTOR = open_machine("dc_motor")
@@ -56,6 +55,14 @@ def refused(client: httpx.Client, status: int, **body: Any) -> dict[str, Any]:
     return problem
 
 
+def test_a_machine_is_not_calibrated_by_a_worker_that_lacks_its_file(bench: Bench) -> None:
+    bench.post(ADDRESS, "without", {"recordings": "runs"})
+    failed = bench.follow("without", ended, address=ADDRESS)
+    assert failed["problem"] == ("This worker has no machine 'dc motor'. Start it with `work --machine FILE.py`, the "
+                                 "file that declares the machine.")
+    assert bench.client.delete(f"{ADDRESS}/without").status_code == 204
+
+
 def test_a_calibration_survives_a_killed_worker_and_gives_the_result_of_the_function(
         bench: Bench, direct: dict[str, Any]) -> None:
     bench.post(ADDRESS, "killed", {"recordings": "few"})
@@ -67,7 +74,7 @@ def test_a_calibration_survives_a_killed_worker_and_gives_the_result_of_the_func
     bench.kill(bench.worker)
     assert bench.client.get(f"{ADDRESS}/killed").json()["status"] == "running"
     assert bench.client.get(f"{ADDRESS}/killed/result").status_code == 409
-    bench.work()
+    bench.work("worker-1", *WITH_MOTOR)
     job = bench.follow("killed", ended, address=ADDRESS)
     assert (job["status"], job["bench"], job["machine"], job["progress"]["done"]) == ("done", "heavy", None, 1.0)
     finished = bench.client.get(job["links"]["result"])
@@ -117,12 +124,7 @@ def test_a_cancelled_calibration_frees_the_worker(bench: Bench) -> None:
 
 
 def test_a_machine_is_calibrated_by_a_worker_that_has_its_file(bench: Bench) -> None:
-    bench.post(ADDRESS, "without", {"recordings": "runs"})
-    failed = bench.follow("without", ended, address=ADDRESS)
-    assert failed["problem"] == ("This worker has no machine 'dc motor'. Start it with `work --machine FILE.py`, the "
-                                 "file that declares the machine.")
-    bench.kill(bench.worker)
-    bench.work("worker-1", "--machine", str(FOLDER / "machines" / "dc_motor.py"))
+    bench.require_machine()
     bench.post(ADDRESS, "motor", {"recordings": "runs"})
     job = bench.follow("motor", ended, address=ADDRESS)
     assert (job["status"], job["machine"], job["bench"]) == ("done", "dc motor", None), job["problem"]

@@ -151,16 +151,20 @@ def is_running(number: int) -> bool:
     return "\nState:\tZ" not in Path(f"/proc/{number}/status").read_text()
 
 
-@pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 0), (signal.SIGINT, 130)])
-def test_service_and_worker_start_in_a_new_folder_and_end_together(tmp_path: Path, port: int, number: signal.Signals,
-                                                                   status: int) -> None:
-    process = serving(tmp_path, port, "--with-worker")
+@pytest.mark.parametrize(("before", "number", "status"), [(("nohup",), signal.SIGTERM, 0), ((), signal.SIGINT, 130)])
+def test_service_and_worker_start_in_a_new_folder_and_end_together(
+        tmp_path: Path, port: int, before: tuple[str, ...], number: signal.Signals, status: int) -> None:
+    process = serving(tmp_path, port, "--with-worker", before=before)
     programs = children(process)
     assert len(programs) == 2
     helpers = [helper for program in programs for helper in descendants(program)]
     assert helpers  # of the worker
     assert sorted(path.name for path in (tmp_path / "new" / "tables").iterdir()) == [
         "compact.toml", "heavy.toml", "sample.h5"]
+    if before:
+        process.send_signal(signal.SIGHUP)
+        with pytest.raises(subprocess.TimeoutExpired):
+            process.wait(timeout=1)
     process.send_signal(number)
     _, said = process.communicate(timeout=30)
     assert process.returncode == status
@@ -189,16 +193,6 @@ def test_a_service_that_cannot_start_leaves_no_worker(tmp_path: Path) -> None:
     assert process.returncode == 1
     assert "Address already in use. Set SLIPSTICK_PORT" in said
     assert "Traceback" not in said
-
-
-def test_nohup_is_heard(tmp_path: Path, port: int) -> None:
-    process = serving(tmp_path, port, "--with-worker", before=("nohup",))
-    process.send_signal(signal.SIGHUP)
-    with pytest.raises(subprocess.TimeoutExpired):
-        process.wait(timeout=1)
-    process.terminate()
-    process.communicate(timeout=30)
-    assert process.returncode == 0
 
 
 def test_the_service_alone_is_the_process_of_the_command(tmp_path: Path, port: int) -> None:

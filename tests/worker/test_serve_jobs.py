@@ -19,12 +19,14 @@ import pytest
 from slipstick.inference.problems import table_problem
 from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
+from slipstick.storage.shipped import FOLDER
 from slipstick.uncertainty import fit
 from worker.__main__ import main
 
 SETTINGS = {"population": 24, "generations": 12, "patience": 12, "order": 4, "seed": 5}
 ENDLESS = {**SETTINGS, "generations": 3000, "patience": 3000}
 SHORT = {"population": 4, "generations": 1, "refine": False, "intervals": False}
+WITH_MOTOR = ("--machine", str(FOLDER / "machines" / "dc_motor.py"))
 
 
 class Bench:
@@ -55,7 +57,14 @@ class Bench:
                 time.sleep(0.05)
 
     def work(self, name: str = "worker-1", *options: str) -> None:
+        self.options = options
         self.worker = self.launch("worker", "work", "--name", name, *options, **self.environment)
+
+    def require_machine(self) -> None:
+        """Have a worker that has the file of the DC motor: that of the test before, or another in its place."""
+        if self.options != WITH_MOTOR:
+            self.kill(self.worker)
+            self.work("worker-1", *WITH_MOTOR)
 
     def run_both(self) -> None:
         """Start what an earlier test has killed and not started again."""
