@@ -6,6 +6,7 @@ such as for lack of memory, fails its job, and not the worker.
 """
 
 import atexit
+import gc
 import importlib
 import math
 import multiprocessing
@@ -144,8 +145,11 @@ class _StepFailed(Exception):
 def _serve(connection: Connection, folder: Path, modules: tuple[str, ...]) -> None:
     """In the process: compute one step after the other, until the worker is gone."""
     threading.Thread(target=_end_with_the_worker, daemon=True).start()
+    gc.disable()  # all that is imported stays, and would be searched for garbage again and again
     for module in modules:
         importlib.import_module(module)
+    gc.freeze()
+    gc.enable()
     library = Library(folder)
     while True:
         try:
