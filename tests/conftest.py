@@ -16,6 +16,7 @@ import pytest
 from distribution import (
     Once,
     once,
+    pytest_collection,
     pytest_collection_modifyitems,
     pytest_xdist_auto_num_workers,
     pytest_xdist_make_scheduler,
@@ -23,15 +24,15 @@ from distribution import (
 from selenium import webdriver
 from threadpoolctl import threadpool_limits
 
+import slipstick
 from slipstick.clutch.ensemble import shifting_times
+from slipstick.interface.study import Study
 from slipstick.recordings import Recordings
-from slipstick.studies import StudyResult, StudySettings, conclude, examine
-from slipstick.studies.figures import Figures
 from slipstick.table import Axis, Grid
 from tests import postgresql as postgresql_server
 from tests.benches import HEAVY, NOMINAL
 
-__all__ = ["once", "pytest_collection_modifyitems", "pytest_xdist_auto_num_workers",
+__all__ = ["once", "pytest_collection", "pytest_collection_modifyitems", "pytest_xdist_auto_num_workers",
            "pytest_xdist_make_scheduler"]  # fixtures and hooks of pytest
 
 ROOT = Path(__file__).parents[1]
@@ -85,16 +86,20 @@ def few_recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def few_study(few_recordings: Path, once: Once) -> dict[str, Any]:
-    """A study of `few` with default settings: the output of its job, as JSON."""
-    def compute() -> tuple[StudyResult, Figures]:
-        settings, recordings = StudySettings(), Recordings.open(few_recordings / "few.h5")
-        named = json.loads(json.dumps(examine(settings, HEAVY, recordings)))
-        return conclude(settings, HEAVY, recordings, named)
+def study_of_few(few_recordings: Path, once: Once) -> Study:
+    """The study of `few` with default settings, which all processes of the tests share."""
+    def compute() -> Study:
+        return slipstick.study(HEAVY, Recordings.open(few_recordings / "few.h5"), progress=False, name="few")
 
-    result, figures = once("study_friction", compute)  # the name under which the tests of reports ask for it as well
+    study: Study = once("study_of_few", compute)
+    return study
+
+
+@pytest.fixture(scope="session")
+def few_study(study_of_few: Study) -> dict[str, Any]:
+    """The same as the output of its job, as JSON."""
     times = {"seconds": {"name": 2.0, "confirm": 7.0}, "processor_seconds": {"name": 1.0, "confirm": 6.0}}
-    output = {"result": asdict(result), "figure_data": asdict(figures), **times}
+    output = {"result": asdict(study_of_few.result), "figure_data": asdict(study_of_few.figures), **times}
     content: dict[str, Any] = json.loads(json.dumps(output, allow_nan=False))
     return content
 

@@ -1,9 +1,10 @@
 """How `pytest --dist loadfile` spreads the files over its processes, and what these compute once for all of them."""
 
 import fcntl
+import gc
 import os
 import pickle
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from typing import Any, TypeVar
 
 import pytest
@@ -20,7 +21,8 @@ FIRST = ("service/test_openapi.py", "slipstick/naming/test_finer_laws.py", "slip
          "slipstick/naming/test_lags.py", "service/test_tokens.py", "slipstick/report/test_page_in_browser.py")
 """The slowest files: started last, one of them would run alone at the end."""
 TOGETHER = {
-    **dict.fromkeys(("service/test_openapi.py", "service/test_readme.py"), "a service with a worker"),
+    **dict.fromkeys(("service/test_openapi.py", "service/test_rest_page.py", "service/test_front_page.py",
+                     "service/test_acting_pages.py"), "a service with a worker"),
     **dict.fromkeys(("slipstick/studies/test_study_record.py", "slipstick/pictures/test_study_pictures.py",
                      "slipstick/report/test_study_page.py", "slipstick/report/test_page_in_browser.py"), "studies")}
 """File -> what it shares with others by a session fixture that takes seconds: these run in one process."""
@@ -28,6 +30,16 @@ TOGETHER = {
 
 def file_of(nodeid: str) -> str:
     return nodeid.split("::")[0].removeprefix("tests/")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """All that is imported stays, and would be searched for garbage again and again."""
+    gc.disable()
+    result = yield
+    gc.freeze()
+    gc.enable()
+    return result
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -98,12 +98,6 @@ def table(library: Library) -> Table:
 
 
 @pytest.fixture(scope="session")
-def worker(settings: Settings, address: str, launch: Callable[..., object]) -> None:
-    """Run a worker for the jobs of the service under test."""
-    launch("worker", "work", "--tables", str(settings.tables), "--jobs", settings.jobs)
-
-
-@pytest.fixture(scope="session")
 def quick_service(shelf: Path, few_recordings: Path, serving: Serving, launch: Callable[..., subprocess.Popen[bytes]],
           tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, httpx.Client]]:
     """Folder of tables and client of a separate service and worker, with so few recordings that a study is fast."""

@@ -11,6 +11,7 @@ from slipstick.bench import parameters
 from slipstick.clutch import ensemble
 from slipstick.clutch.ensemble import shifting_times, signals
 from slipstick.clutch.model import Model
+from slipstick.interface.study import Study
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS, Signals
 from slipstick.studies import StudyResult, StudySettings, conclude, examine
@@ -69,7 +70,7 @@ def both_fits(made: Callable[..., dict[str, Any]]) -> dict[str, dict[str, Any]]:
 
 
 @pytest.fixture(scope="session")
-def studied(few_recordings: Path, once: Once) -> Callable[[str], tuple[StudyResult, Figures]]:
+def studied(few_recordings: Path, study_of_few: Study, once: Once) -> Callable[[str], tuple[StudyResult, Figures]]:
     """Real studies of 24 engagements, each run once.
 
     `friction`: shipped recordings, which contain friction that depends on slip; `drag` and `nothing`: simulated by a
@@ -80,7 +81,6 @@ def studied(few_recordings: Path, once: Once) -> Callable[[str], tuple[StudyResu
     signals = few.signals
     assert signals is not None
     recordings: dict[str, Callable[[], Recordings]] = {
-        "friction": lambda: few,
         "drag": lambda: bench(few, NOMINAL.with_effect("quadratic_load_drag", {"drag": 0.03})),
         "nothing": lambda: bench(few, NOMINAL),
         "torque": lambda: replace(few, signals=Signals(signals.time, output_torque=signals.output_torque)),
@@ -91,6 +91,8 @@ def studied(few_recordings: Path, once: Once) -> Callable[[str], tuple[StudyResu
         return conclude(settings, HEAVY, given, examine(settings, HEAVY, given))
 
     def study(name: str) -> tuple[StudyResult, Figures]:
+        if name == "friction":
+            return study_of_few.result, study_of_few.figures
         found: tuple[StudyResult, Figures] = once(f"study_{name}", lambda: run(name))
         return found
 

@@ -26,8 +26,8 @@ def few(few_recordings: Path) -> Recordings:
 
 
 @pytest.fixture(scope="module")
-def study(few: Recordings) -> Study:
-    return slipstick.study(HEAVY, few, progress=False, name="few")
+def study(study_of_few: Study) -> Study:
+    return study_of_few
 
 
 @pytest.fixture(scope="module")
