@@ -4,6 +4,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -55,6 +56,14 @@ def _serving_jobs(tables: Path, stored_jobs: StoredJobs) -> Iterator[httpx.Clien
         with _serving(Settings(tables=tables, jobs=f"sqlite:///{tables}/jobs.sqlite")) as address, \
                 httpx.Client(base_url=address, timeout=30) as client:
             yield client
+
+
+@pytest.fixture(scope="session", autouse=True)
+def read_certificates_once() -> Iterator[None]:
+    """Every client reads those of the whole world, which takes longer than most requests; none is sent there."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("httpx._transports.default.create_ssl_context", cache(httpx.create_ssl_context))
+        yield
 
 
 @pytest.fixture(scope="session")
