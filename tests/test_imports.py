@@ -87,6 +87,7 @@ MAY_IMPORT = {
     # The engine knows no machine, and a machine no engine.
     "slipstick.machine": "numpy scipy h5py slipstick.errors slipstick.storage.files slipstick.storage.hdf5 "
                          "slipstick.storage.isolated slipstick.storage.shipped",
+    "slipstick.machine.doubts": "numpy slipstick.machine slipstick.numerics.quantities",
     "slipstick.machine.description": "numpy pydantic slipstick.errors slipstick.machine",
     "slipstick.engine": "numpy scipy numba slipstick.errors slipstick.machine slipstick.numerics",
     "slipstick.machine_studies": "numpy slipstick.engine slipstick.errors slipstick.law_files slipstick.machine "

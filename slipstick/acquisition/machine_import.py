@@ -24,16 +24,13 @@ from slipstick.acquisition.numbers import Numbers, Plan
 from slipstick.acquisition.result import ImportedRuns, SetAside
 from slipstick.acquisition.tracks import Track, track
 from slipstick.errors import BadRecording
-from slipstick.machine import Command, Condition, Machine, Profile, Runs, SignalRange, require_runs, units_of
+from slipstick.machine import Machine, Profile, Runs, SignalRange, require_runs, units_of
+from slipstick.machine.doubts import describe_span, list_doubts
 from slipstick.numerics.quantities import raised
 from slipstick.recordings.signals import LARGEST
 
 _JUMP = 1e-3
 """Share of a step of the clock, or of a held command, that its jumps take: corners are joined by lines."""
-_OTHER_ORDER = 10.0
-"""Factor between what is recorded and the experiments of the machine from which a unit may be wrong."""
-_OPPOSITE = 0.1
-"""Share of what a signal reaches on one side of 0 below which it is on that side alone."""
 _WHOLE = 0.5
 """Share of the median length below which a run is no whole one, and does not shorten the others."""
 
@@ -183,56 +180,13 @@ def _of_excerpts(candidates: Sequence[RunExcerpt], aside: list[SetAside], mappin
         runs=runs, labels=tuple(excerpt.label for excerpt in kept), step=step, channels=channels,
         set_aside=tuple(aside), begins=np.array([excerpt.zero for excerpt in kept]),
         remarks=(*remarks, *(tell_origins(kept, mapping) for _ in range(mapping.cut is None)), *chosen,
-                 *(f"{each.name} is {_span(runs.conditions[each.name], each.unit)} in the runs"
+                 *(f"{each.name} is {describe_span(runs.conditions[each.name], each.unit)} in the runs"
                    for each in machine.conditions),
                  *tell_channels(channels, mapped, {**mapping.signals, **mapping.further}, step)),
         doubts=(*(f"{channel.name} ('{channel.channel}') has the same value in all runs, {channel.lowest:g} "
                   f"{raised(channel.unit)}. Check its channel"
                   for channel in channels if channel.lowest == channel.highest),
-                *_doubt_sizes(runs, machine), *_doubt_signals(runs, ranges)))
-
-
-def _span(values: np.ndarray, unit: str) -> str:
-    return f"{np.min(values):.4g} to {np.max(values):.4g} {raised(unit)}".rstrip()
-
-
-def _doubt_sizes(runs: Runs, machine: Machine) -> Iterator[str]:
-    """What is of another order in the runs than in the experiments that the machine declares."""
-    declared: list[tuple[Condition | Command, np.ndarray, np.ndarray]] = [
-        (each, runs.conditions[each.name], np.array(each.levels)) for each in machine.conditions if each.levels]
-    declared += [(each, runs.commands[each.name].value, np.array([value for corners in each.profiles
-                                                                  for _, value in corners]))
-                 for each in machine.commands if each.profiles]
-    for each, recorded, expected in declared:
-        size, usual = np.abs(recorded).max(), np.abs(expected).max()
-        if _is_other_order(size, usual):
-            yield (f"{each.name} is {_span(recorded, each.unit)} in the runs, and {_span(expected, each.unit)} in the "
-                   "experiments that the machine declares. Check its unit")
-
-
-def _doubt_signals(runs: Runs, ranges: Sequence[SignalRange]) -> Iterator[str]:
-    """Signals that are of another order, or on the other side of 0, in the runs than in the machine's experiments."""
-    for each in ranges:
-        recorded = runs.signals[each.signal]
-        sides = _side_of(float(np.nanmin(recorded)), float(np.nanmax(recorded))), _side_of(each.lowest, each.highest)
-        if sides[0] * sides[1] < 0:
-            words = {-1: "negative", 1: "positive"}
-            yield (f"{each.signal} is {words[sides[0]]} in the runs, and {words[sides[1]]} in the experiments that the "
-                   "machine declares. Check its sign")
-        size, usual = float(np.nanmax(np.abs(runs.signals[each.signal]))), max(abs(each.lowest), abs(each.highest))
-        if _is_other_order(size, usual):
-            reached, expected = (f"{value:.5g} {raised(runs.units[each.signal])}".rstrip() for value in (size, usual))
-            yield (f"{each.signal} reaches {reached} in the runs, and {expected} in the experiments that the machine "
-                   "declares. Check its unit")
-
-
-def _side_of(lowest: float, highest: float) -> int:
-    """Return 1 for values that are positive but for noise, -1 for negative ones, 0 for others."""
-    return int(-lowest < _OPPOSITE * highest) - int(highest < -_OPPOSITE * lowest)
-
-
-def _is_other_order(size: float, usual: float) -> bool:
-    return usual > 0 and not usual / _OTHER_ORDER < size < usual * _OTHER_ORDER
+                *list_doubts(runs, machine, ranges)))
 
 
 def _nothing_left(aside: Sequence[SetAside]) -> BadRecording:

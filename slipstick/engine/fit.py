@@ -178,7 +178,8 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
         state, priors, variance = following.state, following.priors, following.variance
     if best is None:
         raise InvalidValue("The equations have no finite solution at the parameters at which a fit begins",
-                           "Check the nominal values of the parameters, and the equations at the largest inputs")
+                           "Check the units, signs and channels of the recordings, the nominal values of the "
+                           "parameters, and the equations at the largest inputs")
     return best
 
 

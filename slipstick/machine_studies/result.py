@@ -180,6 +180,8 @@ class MachineStudyResult:
     """What is complete and what is missing, if the time budget ended before the study; null if it is complete."""
     seen: dict[str, list[float]] = field(default_factory=dict)
     """Least and largest value of each command and condition of the runs that were used."""
+    doubts: list[str] = field(default_factory=list)
+    """What is of another order, or of the other sign, in the recordings than in the machine's own experiments."""
 
     def to_dict(self) -> dict[str, Any]:
         """The result as JSON."""

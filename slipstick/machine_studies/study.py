@@ -13,6 +13,7 @@ from slipstick.engine.measured_law import DEVIATIONS
 from slipstick.engine.measured_law import Law as EngineLaw
 from slipstick.engine.selection import Finding
 from slipstick.engine.settings import EngineSettings
+from slipstick.engine.simulation import find_ranges
 from slipstick.engine.study import (
     Confirmation,
     MachineStudy,
@@ -21,11 +22,12 @@ from slipstick.engine.study import (
     fit_parameters,
     study,
 )
-from slipstick.errors import BadRecording
+from slipstick.errors import BadRecording, InvalidValue
 from slipstick.law_files import LawTable
 from slipstick.law_files.machine_law import has_points, list_coefficients, tabulate, write_equation
 from slipstick.machine import Machine, Runs, require_runs, units_of
 from slipstick.machine.declaration import SENSOR
+from slipstick.machine.doubts import list_doubts
 from slipstick.machine_studies.result import (
     MachineBlock,
     MachineFigures,
@@ -64,9 +66,10 @@ def study_machine(machine: Machine, runs: Runs, settings: EngineSettings | None 
         raise BadRecording(f"A study needs at least {_FEWEST} runs that can agree, and the recordings have {len(runs)}",
                            "Record some 20 to 60 runs that differ in commands and conditions, or cut a long recording "
                            "into runs by [runs] in the mapping")
-    complete = study(machine, runs, settings=settings, log=log, keep=lambda named: keep(_conclude(named, runs)),
+    doubts = _tell_doubts(machine, runs, log)
+    complete = study(machine, runs, settings=settings, log=log, keep=lambda named: keep(_conclude(named, runs, doubts)),
                      executor=executor)
-    return _conclude(complete, runs)
+    return _conclude(complete, runs, doubts)
 
 
 def calibrate_machine(machine: Machine, runs: Runs, settings: EngineSettings | None = None,
@@ -76,10 +79,23 @@ def calibrate_machine(machine: Machine, runs: Runs, settings: EngineSettings | N
 
     Returns the parameters, the median reduced chi-square of each block, and the runs that are set aside.
     """
-    fit = fit_parameters(machine, require_runs(machine, runs), settings, log, executor)
+    _tell_doubts(machine, require_runs(machine, runs), log)
+    fit = fit_parameters(machine, runs, settings, log, executor)
     aside = sorted(set(range(len(runs))) - set(fit.recorded.rows.tolist()))
     return ([_state_parameter(each, machine) for each in estimate_parameters(fit)],
             {name: float(np.median(chi)) for name, chi in fit.chi_square.items()}, aside)
+
+
+def _tell_doubts(machine: Machine, runs: Runs, log: Log) -> list[str]:
+    """Return, and log, what may have another unit or sign in the recordings than in the machine."""
+    try:
+        ranges = find_ranges(machine)
+    except InvalidValue:  # it does not say how it is run
+        ranges = ()
+    doubts = list_doubts(runs, machine, ranges)
+    for doubt in doubts:
+        log(f"Doubtful: {doubt}")
+    return doubts
 
 
 def end_early(studied: Studied, budget: float) -> Studied:
@@ -91,7 +107,7 @@ def end_early(studied: Studied, budget: float) -> Studied:
         figures
 
 
-def _conclude(studied: MachineStudy, runs: Runs) -> Studied:
+def _conclude(studied: MachineStudy, runs: Runs, doubts: list[str]) -> Studied:
     named, confirmation = studied.identification, studied.confirmation
     findings = [_state_finding(finding, studied) for finding in named.findings]
     fitted, bare = join(named.fits), join(named.bare)
@@ -119,7 +135,7 @@ def _conclude(studied: MachineStudy, runs: Runs) -> Studied:
         [_state_parameter(each, machine, without.get(each.name)) for each in studied.parameters],
         None if confirmation is None else _state_gap(confirmation), list(named.set_aside), len(fitted.recorded.rows),
         noise, {**runs.units, **units_of(machine)}, runs.digest, studied.digest,
-        seen=_list_seen(runs.take(fitted.recorded.rows)))
+        seen=_list_seen(runs.take(fitted.recorded.rows)), doubts=doubts)
     models = {"before": bare} | ({"after": fitted} if findings else {})
     if confirmation is not None:
         models = {"before": confirmation.bare, "after": confirmation.fit}

@@ -263,6 +263,7 @@ def _describe_next(finding: MachineFinding) -> Iterator[str]:
 def warnings(result: MachineStudyResult) -> Entries:
     """Return what limits the answer of this study, before anything else."""
     entries: Entries = [] if result.partial is None else [result.partial.warning]
+    entries += [("Doubtful recordings:", f"{doubt}.") for doubt in result.doubts]
     if result.runs < _FEW:
         entries.append((f"Few runs: {result.runs}.", "What is named must show in runs that agree, so that more may be "
                         "missing than so few can tell. Record some 20 to 60 that differ in commands and conditions."))
