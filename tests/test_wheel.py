@@ -23,8 +23,8 @@ SETUP = BUILD["tool"]["setuptools"]
 FOLDERS = {"slipstick": "slipstick", **SETUP["package-dir"]}
 """Package of the wheel -> folder of the repository."""
 SHIPPED = {f"slipstick/shipped/{name}" for name in (
-    "compact.toml", "heavy.toml", "machines/dc_motor.py", "machines/heated_plate.py", "machines/two_tanks.py",
-    "sample.h5")}
+    "compact.toml", "heavy.toml", "machines/dc_motor.py", "machines/dry_clutch.py", "machines/heated_plate.py",
+    "machines/two_tanks.py", "sample.h5")}
 CODES = shutil.ignore_patterns("__pycache__", "*.tmp.*")
 
 

@@ -236,7 +236,8 @@ def test_a_state_that_is_called_like_a_side_is_refused() -> None:
 def test_shipped_machines_load(path: Path) -> None:
     shipped = load(path)
     assert identifier_of(shipped.name) == path.stem
-    assert [each.signal for each in shipped.sensors] == [each.gives for each in shipped.blocks]
+    assert [each.signal for each in shipped.sensors] == [
+        signal for each in shipped.blocks for signal in each.signals]
     assert all(each.value is not None or each.first_of is not None for each in shipped.parameters)
 
 
