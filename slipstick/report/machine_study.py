@@ -84,9 +84,10 @@ def lead(result: MachineStudyResult) -> str:
 def tell_evidence(result: MachineStudyResult) -> str:
     """Return how sure the answer is: no rates are known for machines."""
     if not result.findings:
-        chi = [block.chi_square for block in result.blocks]
-        return (f"{many(result.runs, 'run')} leave a reduced chi-square of {min(chi):.2f} to {max(chi):.2f} in the "
-                "blocks of the model; 1 is expected if nothing is missing.")
+        reached = " to ".join(dict.fromkeys(f"{limit(block.chi_square for block in result.blocks):.2f}"
+                                            for limit in (min, max)))
+        return (f"{many(result.runs, 'run')} leave a reduced chi-square of {reached} in "
+                f"{many(len(result.blocks), 'block')} of the model; 1 is expected if nothing is missing.")
     errors = listed([units.number(finding.errors) for finding in result.findings])
     closed = "" if result.gap is None else (
         f" What was found closes {_share(result.gap.closed)} of the gap, a wrong law "

@@ -2,11 +2,12 @@
 
 from slipstick.clutch import effects
 from slipstick.pictures import theme
-from slipstick.studies.finding import Changed
+from slipstick.studies.finding import Candidate, Changed, FindingResult, Remainder
 from slipstick.studies.result import StudyResult
 
-_X = {"slip": "slip of the plates", "time": "time since the shift command", "heat": "friction heat of the engagement",
-      "gain": "reading", "direction": "piston rate without the law", "run order": "position in the run order"}
+_X = {"gain": "reading", "run order": "position in the run order"}
+_X_OF_CLUTCH = {"slip": "slip of the plates", "time": "time since the shift command",
+                "heat": "friction heat of the engagement", "direction": "piston rate without the law"}
 
 
 def within(title: str) -> str:
@@ -32,7 +33,8 @@ def changed(finding: Changed) -> str:
 
 def argument(finding: Changed) -> str:
     """What the change is measured over."""
-    return _X.get(finding.depends_on, finding.depends_on)
+    words = _X | _X_OF_CLUTCH if isinstance(finding, FindingResult | Candidate | Remainder) else _X
+    return words.get(finding.depends_on, finding.depends_on)
 
 
 def model_series(result: StudyResult) -> dict[str, tuple[str, str]]:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineParameter, MachineStudyResult, Rival
 from slipstick.machine_studies.words import answer, name_finding
+from slipstick.pictures.study.words import argument
 from slipstick.report.machine_study import advise, parameter_table, sections, tell_evidence, warnings
 from slipstick.report.study.parts import Items, Table
 from slipstick.studies.finding import Coefficient, Law
@@ -38,6 +39,12 @@ def tell_findings(result: MachineStudyResult) -> list[tuple[str, str]]:
     """Return the entries of the sections of the findings."""
     return [entry for section in sections(result, []) if section.title.startswith("Finding")
             for part in section.parts if isinstance(part, Items) for entry in part.entries]
+
+
+def test_what_a_law_is_over_has_the_words_of_the_machine() -> None:
+    """Those of the clutch are of its own plates and shift commands."""
+    assert [argument(make_finding(("friction torque", on), "shaft")) for on in ("slip", "time", "run order")] == [
+        "slip", "time", "position in the run order"]
 
 
 def contest() -> MachineStudyResult:
