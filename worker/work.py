@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                              "and calibrations of its runs; repeat the option for each")
     add_dask_argument(parser)
     parser.add_argument("--no-compile", action="store_true",
-                        help="do not compile what jobs run in the background at the start, about half a minute of one "
+                        help="do not compile what jobs run in the background at the start, one or two minutes of one "
                              "core at the lowest priority, once for this installation; the first jobs then do so")
     parser.add_argument("--name",
                         help="name of this worker; each worker needs its own. Jobs that a stopped worker left "

@@ -1,4 +1,4 @@
-"""What users run is compiled before they wait for it: a small study and a small fit of shipped recordings.
+"""What users run is compiled before they wait for it: small studies and a fit of what is shipped.
 
 `python -m slipstick.interface.rehearsal` names what the blocks of a study ask for, and ends; a first study runs it
 beside itself, on another core, while it compiles the simulator.
@@ -14,21 +14,29 @@ from numba.core.event import Event, Listener, install_listener
 from slipstick.bench import Bench
 from slipstick.building import compile_simulator
 from slipstick.clutch.model import Model
+from slipstick.engine.simulation import simulate_runs
 from slipstick.interface.build import build
 from slipstick.interface.fit import fit
+from slipstick.machine import Machine, list_experiments
+from slipstick.machine_studies import study_machine
 from slipstick.naming import name
 from slipstick.recordings import Recordings
 from slipstick.studies import StudySettings, conclude, examine
 
 _AXES = {"pressure_bias": (0.7, 1.3, 5), "initial_position": (0.7, 1.3, 5)}
+_RUNS = 6
 
 
 def rehearse() -> None:
-    """Study and fit every other engagement of the shipped sample."""
+    """Study and fit every other engagement of the shipped sample, and study simulated runs of two shipped machines."""
     bench, recordings, settings = *_sample(), StudySettings()
     conclude(settings, bench, recordings, examine(settings, bench, recordings))
     table = build(bench, _AXES, conditions=recordings, progress=False)
     fit(table, recordings, progress=False, generations=2)
+    for shipped in ("two_tanks", "dry_clutch"):  # without and with surfaces
+        machine = Machine.open(shipped)
+        experiments = list_experiments(machine)
+        study_machine(machine, simulate_runs(machine, experiments.take(np.arange(_RUNS) % len(experiments)), seed=1))
 
 
 def compile_study(bench: Bench, recordings: Recordings) -> None:

@@ -110,6 +110,11 @@ from numba.core.dispatcher import Dispatcher
 from slipstick.bench import Bench
 from slipstick.recordings import Recordings
 from slipstick.studies import StudySettings, conclude, examine
+from slipstick.engine.simulation import simulate_runs
+from slipstick.machine import Machine, list_experiments
+from slipstick.machine_studies import study_machine
+machine = Machine.open("dc_motor")
+study_machine(machine, simulate_runs(machine, list_experiments(machine), seed=2))
 bench, settings = Bench.open("tables/heavy.toml"), StudySettings()
 recordings = Recordings.open("tables/measured.h5").take(np.arange(0, 216, 9))
 conclude(settings, bench, recordings, examine(settings, bench, recordings))
