@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from slipstick.storage.library import Library
 
 from .job_store import KINDS, JobInput, JobStore
-from .jobs import Job, input_of, job_fields, job_id_path, output_of, store_of
+from .jobs import Job, input_of, is_of_machine, job_fields, job_id_path, output_of, store_of
 from .machines import Machines, tell_missing
 from .paging import Page
 
@@ -37,6 +37,8 @@ class JobKind(Generic[Entry, State]):
     about_result: str
     forget: Callable[[Library, JobStore, JobInput], None] = lambda *_: None
     """Removes what a deleted job leaves in the library."""
+    bench_links: tuple[str, ...] = ()
+    """Further names of addresses, which jobs of a declared machine do not have."""
     ends_complete: bool = True
     """Whether the share of the progress is 1 once a job is done: that of a search which may end early is not."""
 
@@ -62,7 +64,8 @@ class JobKind(Generic[Entry, State]):
 
     def without_progress(self, store: JobStore, job: WorkflowStatus) -> Entry:
         """Return a job without its progress and result."""
-        return self.entry(**job_fields(store, job, *self.links, "events", "cancel"))
+        bench_links = () if is_of_machine(job) else self.bench_links
+        return self.entry(**job_fields(store, job, *self.links, *bench_links, "events", "cancel"))
 
     def with_progress(self, store: JobStore, job: WorkflowStatus) -> State:
         """Return a job with its place in the queue and its progress."""

@@ -33,10 +33,11 @@ router = APIRouter(prefix="/v1/studies", tags=["studies"], route_class=JsonRoute
 
 
 STUDIES = JobKind(
-    "study", Study, StudyWithProgress, StudyList, FinishedStudy, ("result", "laws", "report", "pictures", "model"),
+    "study", Study, StudyWithProgress, StudyList, FinishedStudy, ("result", "laws", "report", "pictures"),
     about_state="Return the status of a study and its progress: its step, the share of steps that are done, and what "
                 "it is doing.",
-    about_result="Return what is missing, its measured law, the evidence for it and what it is worth")
+    about_result="Return what is missing, its measured law, the evidence for it and what it is worth",
+    bench_links=("model",))
 StudyStore = Annotated[JobStore, STUDIES.store]
 StudyId = Annotated[str, STUDIES.id_path]
 IdempotencyKey = Annotated[str | None, idempotency_key_header("study")]

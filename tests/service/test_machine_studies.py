@@ -109,6 +109,21 @@ def test_a_result_has_its_laws_pictures_and_report(serving_jobs: ServingJobs, tm
         assert "declared machine" in refused.json()["detail"]
 
 
+def test_each_link_of_a_job_of_a_machine_answers(serving_jobs: ServingJobs, tmp_path: Path) -> None:
+    order = {**ORDER, "model_digest": None}
+    fitted = {"machine": "dc motor", "parameters": OUTPUT["result"]["parameters"], "chi_square": {"shaft": 1.0},
+              "set_aside": []}
+    outputs = {"studies": OUTPUT, "calibrations": {**OUTPUT, "result": fitted, "figure_data": {}}}
+    with serving_jobs(tmp_path, {kind: (order, output) for kind, output in outputs.items()}) as client:
+        for kind in outputs:
+            links = client.get(f"/v1/{kind}/{kind}").json()["links"]
+            assert "model" not in links
+            assert {"report", "pictures", "result"} < links.keys()
+            for name, link in links.items():
+                if name != "cancel":  # by POST
+                    assert client.get(link).status_code == 200, link
+
+
 def test_the_squares_of_two_studies_have_a_unit(serving_jobs: ServingJobs, tmp_path: Path) -> None:
     gap = MachineGap(786182.0, 459.0, 0.999, "Offset of the speed sensor", 0.1, 5000.0, 80.0, converged=True)
     output = {**OUTPUT, "result": asdict(replace(RESULT, gap=gap))}
