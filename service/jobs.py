@@ -79,7 +79,8 @@ class RecordedJob(Job):
 
 
 AllSettings = Annotated[dict[str, Any], Field(  # clients name its class by the title, and StudySettings exists
-    title="All settings", description="All settings of the job, including default values.")]
+    title="All settings", description="All settings of the job, including default values. Those of a study of a "
+                                      "declared machine are submitted as `engine`.")]
 MachineOfRuns = Annotated[str | None, Field(description="Name of the declared machine; null for a bench.")]
 
 

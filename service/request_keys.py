@@ -18,7 +18,17 @@ def explain_unknown_key(request: Request, error: dict[str, Any]) -> str | None:
     known = sorted(_keys(request, place))
     nearest = get_close_matches(str(key), known, n=1)
     hint = f"did you mean '{nearest[0]}'? " if nearest else ""
-    return f"The key is unknown; {hint}Known: {', '.join(known)}"
+    elsewhere = [".".join((*other, str(key))) for other in _places(request) if key in _keys(request, other)]
+    here = f"unknown here, but known as {' and '.join(elsewhere)}" if elsewhere else "unknown"
+    return f"The key is {here}; {hint}Known: {', '.join(known)}"
+
+
+def _places(request: Request) -> Iterator[tuple[str, ...]]:
+    """Yield the places that may have keys of their own: the body, its keys, and those within them."""
+    yield ()
+    for outer in sorted(_keys(request, ())):
+        yield (outer,)
+        yield from ((outer, inner) for inner in sorted(_keys(request, (outer,))))
 
 
 def _keys(request: Request, place: Sequence[str | int]) -> set[str]:

@@ -65,6 +65,11 @@ def test_runs_are_uploaded_described_listed_and_studied(serving: Serving, tmp_pa
         assert "of the machine “dc motor”" in client.get("/").text
         wrong = client.post("/v1/studies", json={"recordings": "runs", "engine": {"level": 0.9}})
         assert wrong.status_code == 422
+        refused = client.post("/v1/studies", json={"recordings": "runs", "settings": {"nats": 20.0}})
+        assert refused.status_code == 422
+        assert refused.json()["errors"][0]["what"] == (
+            "The key is unknown here, but known as engine.nats and settings.naming.nats; "
+            "Known: catalogue, level, naming, seed")
 
 
 @pytest.mark.parametrize("damage", [b"", b"\x89HDF\r\n\x1a\n", None])
