@@ -8,6 +8,7 @@ from fastapi import APIRouter, Body, Query, Response
 
 from slipstick.errors import InvalidValue
 from slipstick.machine import Runs
+from slipstick.machine_studies import require_enough
 from slipstick.naming.study import scene_of
 from slipstick.storage.library import Library
 
@@ -57,7 +58,8 @@ def submit_study(body: Annotated[StudyRequest, Body(examples=[_EXAMPLE])], libra
     catalogue, and confirmed by fits of the simulation of the whole test bench without and with them. Recordings need
     the pressure, or the torque and a speed, and 24 or more engagements; others are rejected with 422. A study of
     recordings that cannot be of the bench fails within seconds. Runs of a declared machine are studied by a worker that
-    was given the file of this machine (`slipstick work --machine FILE.py`), with the settings `engine`.
+    was given the file of this machine (`slipstick work --machine FILE.py`), with the settings `engine`. Fewer than 3
+    runs are rejected with 422.
     """
     study = submit(store, key, _job_input(library, body), "long")
     response.headers["Location"] = f"{store.address}/{study.workflow_id}"
@@ -88,6 +90,7 @@ def _job_input(library: Library, body: StudyRequest) -> JobInput:
     """Return the input of the worker, after checks that reject a study that would fail later."""
     recorded = library.recorded(body.recordings)
     if isinstance(recorded, Runs):
+        require_enough(recorded)
         return {"recordings": body.recordings, "recordings_digest": recorded.digest, "machine": recorded.machine,
                 "settings": asdict(body.engine), "time_budget": body.time_budget, **bench_input(library, None)}
     recordings = library.recording(body.recordings)

@@ -61,15 +61,19 @@ def study_machine(machine: Machine, runs: Runs, settings: EngineSettings | None 
     computes with chunks of many runs, by default threads. Raises `BadRecording` for runs that are not of the machine,
     and for too few.
     """
-    require_runs(machine, runs)
-    if len(runs) < _FEWEST:
-        raise BadRecording(f"A study needs at least {_FEWEST} runs that can agree, and the recordings have {len(runs)}",
-                           "Record some 20 to 60 runs that differ in commands and conditions, or cut a long recording "
-                           "into runs by [runs] in the mapping")
+    require_enough(require_runs(machine, runs))
     doubts = _tell_doubts(machine, runs, log)
     complete = study(machine, runs, settings=settings, log=log, keep=lambda named: keep(_conclude(named, runs, doubts)),
                      executor=executor)
     return _conclude(complete, runs, doubts)
+
+
+def require_enough(runs: Runs) -> None:
+    """Raise `BadRecording` for runs that are too few for a study."""
+    if len(runs) < _FEWEST:
+        raise BadRecording(f"A study needs at least {_FEWEST} runs that can agree, and the recordings have {len(runs)}",
+                           "Record some 20 to 60 runs that differ in commands and conditions, or cut a long recording "
+                           "into runs by [runs] in the mapping")
 
 
 def calibrate_machine(machine: Machine, runs: Runs, settings: EngineSettings | None = None,

@@ -72,6 +72,16 @@ def test_runs_are_uploaded_described_listed_and_studied(serving: Serving, tmp_pa
             "Known: catalogue, level, naming, seed")
 
 
+def test_a_study_of_two_runs_is_refused(serving: Serving, tmp_path: Path, runs: Runs) -> None:
+    (tmp_path / "runs.h5").write_bytes(write_runs(runs.take(slice(2)), MOTOR))
+    with serving(Settings(tables=tmp_path, jobs=f"sqlite:///{tmp_path}/jobs.sqlite")) as address, \
+            httpx.Client(base_url=address, timeout=60) as client:
+        refused = client.post("/v1/studies", json={"recordings": "runs"})
+        assert refused.status_code == 422
+        assert refused.json()["detail"] == "A study needs at least 3 runs that can agree, and the recordings have 2"
+        assert client.get("/v1/studies").json()["total"] == 0
+
+
 @pytest.mark.parametrize("damage", [b"", b"\x89HDF\r\n\x1a\n", None])
 def test_a_damaged_file_is_refused(serving: Serving, tmp_path: Path, runs: Runs, damage: bytes | None) -> None:
     content = write_runs(runs, MOTOR)
