@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import slipstick
+from slipstick.interface.finding import Law
+from slipstick.interface.machine_study import FindingOfMachine
 from slipstick.interface.picture import Picture
 from slipstick.interface.result import Result
 from slipstick.interface.results import KINDS
-from slipstick.interface.study import Finding, Law
+from slipstick.interface.study import Finding
 
 _HEAD = """# Python
 
@@ -54,7 +56,7 @@ def page() -> str:
         _HEAD, "## Functions\n", *(_function(name) for name in functions),
         "## What functions take\n", *(_class(getattr(slipstick, name), ("open", "save", "take")) for name in classes),
         "## What they return\n", _class(Result), *(_class(kind, without=Result) for kind in KINDS.values()),
-        "## Parts of results\n", *(_class(part) for part in (Finding, Law, Picture))])
+        "## Parts of results\n", *(_class(part) for part in (Finding, FindingOfMachine, Law, Picture))])
 
 
 def _function(name: str) -> str:

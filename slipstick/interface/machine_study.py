@@ -12,6 +12,7 @@ from slipstick.building import say_compilation
 from slipstick.engine.settings import EngineSettings
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.interface.files import now, require_html, write, write_laws
+from slipstick.interface.finding import Law, NamedFinding
 from slipstick.interface.frames import data_frame
 from slipstick.interface.models import as_mapping
 from slipstick.interface.progress import ProgressLine, Show, TimeEnded
@@ -20,17 +21,44 @@ from slipstick.machine import Machine, Runs
 from slipstick.machine_studies import MachineFigures, MachineStudyResult, study_machine
 from slipstick.machine_studies.result import MachineFinding, MachineParameter
 from slipstick.machine_studies.study import Studied, calibrate_machine, end_early, law_table
-from slipstick.pictures.machine_study import machine_pictures
+from slipstick.pictures.machine_study import LEVEL, machine_pictures
 from slipstick.pictures.theme import Spec
 from slipstick.recordings import Recordings
 from slipstick.report.calibration import machine_calibration_summary
 from slipstick.report.machine_study import lead, machine_study_page, tell_evidence
 from slipstick.studies.export import has_table
+from slipstick.studies.finding import Coefficient
 from slipstick.studies.record import from_dict
 from slipstick.time_budget import TimeBudgetEnded, clock_times, seconds_of, stage_times
 
 RunsLike = Runs | Path | str
 """Recorded runs, or the path of their file."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FindingOfMachine(NamedFinding[MachineFinding]):
+    """Something that recordings of a machine show and its model lacks; all of it is in `result`, such as `rivals`."""
+
+    @property
+    def kind(self) -> str | None:
+        """The kind of effect that explains the law, such as Coulomb friction; None where the law explains more."""
+        return self.result.kind
+
+    @property
+    def coefficients(self) -> list[Coefficient]:
+        """Coefficients of that kind with units and 95 % intervals."""
+        return self.result.coefficients
+
+    @property
+    def equation(self) -> str | None:
+        """The change by that kind, with its coefficients in numbers and units; None without one."""
+        return self.result.equation
+
+    @property
+    def law(self) -> Law | None:
+        """The measured law; None where it is one of lags, or of the past of a signal."""
+        table = law_table(self.result) if has_table(self.result) else None
+        return None if self.result.law is None else Law(self.result, table, LEVEL, "runs")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -57,13 +85,9 @@ class MachineStudy(Result):
         return self.result.sentence
 
     @property
-    def findings(self) -> list[MachineFinding]:
-        """What is missing in the model; empty if nothing is, or if no law explains what is.
-
-        Each has a `title`, the `quantity` and what it `depends_on`, `equation`, `coefficients` and `rivals`, and the
-        points of its `law`, which `plot("law")` draws.
-        """
-        return self.result.findings
+    def findings(self) -> list[FindingOfMachine]:
+        """What is missing in the model; empty if nothing is, or if no law explains what is."""
+        return [FindingOfMachine(each) for each in self.result.findings]
 
     def summary(self) -> list[str]:
         """The answer, and by how much the findings close the gap."""
@@ -85,7 +109,7 @@ class MachineStudy(Result):
 
     def save_laws(self, folder: Path | str) -> list[Path]:
         """Write each law over points as a `.csv`, `.mat`, `.mo` and `.h` file; return their paths."""
-        return write_laws(folder, [law_table(each) if has_table(each) else None for each in self.findings])
+        return write_laws(folder, [law_table(each) if has_table(each) else None for each in self.result.findings])
 
     def to_dict(self) -> dict[str, Any]:
         """The study as JSON; `result` is that of the REST service."""

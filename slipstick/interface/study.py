@@ -1,7 +1,7 @@
 """`slipstick.study`: which physical effect do recordings show and the model of their bench lack?"""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -11,128 +11,33 @@ from slipstick.clutch.model import Model
 from slipstick.engine.settings import EngineSettings
 from slipstick.errors import InvalidValue
 from slipstick.interface.files import now, require_html, write, write_laws
+from slipstick.interface.finding import Law, NamedFinding
 from slipstick.interface.fit import Fit
 from slipstick.interface.frames import data_frame
 from slipstick.interface.machine_study import MachineStudy, RunsLike, as_runs, of_machine, study_of_machine
 from slipstick.interface.models import BenchLike, RecordingsLike, as_mapping, bench_of, recordings_of
-from slipstick.interface.picture import Picture
 from slipstick.interface.progress import ProgressLine, Show, TimeEnded
 from slipstick.interface.rehearsal import compile_study
 from slipstick.interface.result import Result
-from slipstick.law_files import write_law
 from slipstick.machine import Machine, Runs
-from slipstick.pictures.study import law, study_pictures
+from slipstick.pictures.study import study_pictures
 from slipstick.pictures.theme import Spec
 from slipstick.report.study.page import study_page
 from slipstick.studies import StudyResult, StudySettings, conclude, examine, unconfirmed
-from slipstick.studies.export import file_stem, has_table, law_table
+from slipstick.studies.export import has_table, law_table
 from slipstick.studies.figures import Figures
 from slipstick.studies.formula import equation
 from slipstick.studies.progress import StudyProgress
 from slipstick.studies.record import figures_from_dict, result_from_dict
 from slipstick.studies.result import Coefficient, FindingResult
-from slipstick.studies.result import Law as StudyLaw
 from slipstick.time_budget import clock_times, seconds_of, stage_times
 
 
 @dataclass(frozen=True, eq=False)
-class Law:
-    """The measured law of a finding: the change of its quantity over what it depends on, without a formula."""
-
-    finding: FindingResult
-    settings: StudySettings = field(default_factory=StudySettings)
-
-    @property
-    def x(self) -> list[float] | None:
-        """Points at which the change was measured, in `x_unit`; None for a single number, such as a lag."""
-        return self._law.x
-
-    @property
-    def x_unit(self) -> str:
-        """Unit of the points."""
-        return self._law.x_unit
-
-    @property
-    def change(self) -> list[float]:
-        """Change of the quantity at the points, in `unit`."""
-        return self._law.change
-
-    @property
-    def band(self) -> tuple[list[float], list[float]]:
-        """Lower and upper end of the interval of the change at each point, in `unit`."""
-        return self._law.lower, self._law.upper
-
-    @property
-    def unit(self) -> str:
-        """Unit of the change, "1" if it is a share of the quantity."""
-        return self._law.unit
-
-    @property
-    def formula(self) -> list[float] | None:
-        """The change by the formula of the named effect at the points, in `unit`; None without a name."""
-        return self._law.formula
-
-    def plot(self) -> Picture:
-        """The law with its band, and the formula of the catalogue beside it."""
-        drawn = law.draw_law(self.finding, self._law, self.settings.level)
-        return Picture(file_stem(self.finding), drawn, drawn["description"])
-
-    def to_frame(self) -> Any:
-        """The columns of the law as a data frame, with units in the headings."""
-        shown = self._law
-        columns: dict[str, Sequence[Any]] = {} if shown.x is None else {
-            f"{self.finding.depends_on} [{shown.x_unit}]": shown.x}
-        columns |= {f"{name} [{shown.unit}]": values for name, values in (
-            ("change", shown.change), ("lower", shown.lower), ("upper", shown.upper), ("formula", shown.formula))
-            if values is not None}
-        return data_frame(columns)
-
-    def save(self, path: Path | str) -> Path:
-        """Write the law as a file for another program, by the suffix of `path`, and return the path.
-
-        That is `.csv`, `.mat` (MATLAB), `.mo` (a Modelica block with a table), or `.h` (a C header with a function).
-        Raises `InvalidValue` for another suffix, and for a law that is a single number.
-        """
-        path = Path(path)
-        if not has_table(self.finding):
-            raise InvalidValue(f"The law of “{self.finding.title}” is a single number", "Read it from `change`")
-        return write(path, write_law(law_table(self.finding), path.suffix))
-
-    @property
-    def _law(self) -> StudyLaw:
-        assert self.finding.law is not None
-        return self.finding.law
-
-    def __repr__(self) -> str:
-        return f"<Law: {law.headline(self.finding, self._law)}>"
-
-
-@dataclass(frozen=True, eq=False)
-class Finding:
+class Finding(NamedFinding[FindingResult]):
     """Something that the recordings show and the model lacks; all of it is in `result`."""
 
-    result: FindingResult
     settings: StudySettings = field(default_factory=StudySettings)
-
-    @property
-    def title(self) -> str:
-        """The finding in words."""
-        return self.result.title
-
-    @property
-    def effect(self) -> str | None:
-        """Name of the effect of the catalogue; None if none explains the law."""
-        return self.result.effect
-
-    @property
-    def quantity(self) -> str:
-        """Quantity of the model that changes."""
-        return self.result.quantity
-
-    @property
-    def depends_on(self) -> str:
-        """What the change depends on."""
-        return self.result.depends_on
 
     @property
     def confidence(self) -> float | None:
@@ -152,10 +57,8 @@ class Finding:
     @property
     def law(self) -> Law | None:
         """The measured law; None if there is none."""
-        return None if self.result.law is None else Law(self.result, self.settings)
-
-    def __repr__(self) -> str:
-        return f"<Finding: {self.title}>"
+        table = law_table(self.result) if has_table(self.result) else None
+        return None if self.result.law is None else Law(self.result, table, self.settings.level)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

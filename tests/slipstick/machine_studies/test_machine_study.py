@@ -89,8 +89,8 @@ def studied(folder: Path) -> MachineStudy:
 
 def test_the_effect_is_named_measured_and_closes_the_gap_and_the_control_does_not(studied: MachineStudy) -> None:
     finding, = studied.findings
-    assert (finding.quantity, finding.depends_on, finding.blocks) == ("cooling", "temperature", ["plate"])
-    assert finding.confirmed
+    assert (finding.quantity, finding.depends_on, finding.result.blocks) == ("cooling", "temperature", ["plate"])
+    assert finding.result.confirmed
     assert finding.law is not None
     assert finding.law.x is not None
     x, change = np.array(finding.law.x), np.array(finding.law.change)
@@ -169,7 +169,7 @@ def tell(section: Section) -> tuple[dict[str, str], list[tuple[str, ...]]]:
 
 
 def test_the_report_compares_a_finding_with_the_next_best(studied: MachineStudy) -> None:
-    finding, = studied.findings
+    finding, = studied.result.findings
     assert finding.next_best is not None
     assert finding.next_best.nats is not None
     assert finding.next_best.behind is not None
@@ -206,7 +206,7 @@ def test_a_finding_whose_block_leaves_more_than_noise_is_not_to_be_added_yet(stu
     assert "With it, “plate” still leaves more than noise" in text["Do not add yet:"]
     assert "Add:" not in text
     estimate = replace(studied.findings[0].coefficients[0], lower=-1.0, upper=1.0)
-    _, rows = coefficient_table(replace(studied.findings[0], coefficients=[estimate]))
+    _, rows = coefficient_table(replace(studied.result.findings[0], coefficients=[estimate]))
     assert rows[0][-1].endswith(", contains 0")
 
 
@@ -249,6 +249,9 @@ def test_a_study_is_saved_and_opened_with_its_pictures(studied: MachineStudy, tm
     assert base64.b64decode(csv[1]) == (tmp_path / "laws" / files[0]).read_bytes()
     assert files == [f"1_cooling_over_temperature{suffix}" for suffix in (".csv", ".mat", ".mo", ".h")]
     assert "temperature [degC]" in (tmp_path / "laws" / files[0]).read_text()
+    assert finding.law is not None
+    assert finding.law.save(tmp_path / "law.csv").read_bytes() == (tmp_path / "laws" / files[0]).read_bytes()
+    assert finding.law.plot().spec == studied.pictures()["law"][0]
 
 
 def test_commands_do_the_same(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
