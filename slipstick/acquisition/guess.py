@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
 import numpy as np
@@ -31,6 +31,8 @@ _WORDS = {
 """What names of channels look like in English and German. A unit must fit as well, where there is one."""
 _UNITS = {"pressure": "bar", "input_speed": "rad/s", "output_speed": "rad/s", "output_torque": "N m",
           "motor_speed": "rad/s", "current": "A", "oil_temperature": "K", "time": "s"}
+_FEW = 12
+"""Most channels that are named in a reason."""
 
 
 @dataclass(frozen=True)
@@ -74,11 +76,14 @@ def propose(source: Source, bench: Bench) -> Proposal:
 def propose_for_machine(source: Source, machine: Machine) -> Proposal:
     """A mapping for files like `source` and a declared machine; every guess has its reason beside it."""
     lines, missing, listed = _head(source), list[str](), list(source.listed())
-    guesses = list[Guess]()
+    guesses, channels = list[Guess](), _name_channels(source.listed())
+    own_units = _states_units(source)
 
     def section(heading: str, guess: Guess, unit: str) -> None:
+        if guess.channel is None and channels:
+            guess = replace(guess, reason=f"{guess.reason}; the file has {channels}")
         guesses.append(guess)
-        lines.extend([heading, *_lines(guess, unit, missing), ""])
+        lines.extend([heading, *_lines(guess, unit, missing, own_units), ""])
         if guess.channel is not None:
             listed.remove(guess.channel)
 
@@ -97,6 +102,16 @@ def propose_for_machine(source: Source, machine: Machine) -> Proposal:
     lines += ["", "[runs]", "# Without `cut` each file is a run. Of one long recording, give one of:",
               *(f'# cut = "{cut}"' for cut in CUTS)]
     return Proposal("\n".join(lines) + "\n", tuple(guesses), tuple(missing))
+
+
+def _name_channels(channels: Sequence[Listed]) -> str:
+    """Return few channels with their units, to choose from; empty for many."""
+    return ", ".join(f"'{each.name}' [{each.unit or 'no unit'}]" for each in channels) if len(channels) <= _FEW else ""
+
+
+def _states_units(source: Source) -> bool:
+    """Whether a file states the unit of each channel: another one in the mapping would replace it."""
+    return all(each.unit for each in source.listed())
 
 
 def _called(name: str, channels: Sequence[Listed]) -> list[Listed]:
@@ -211,10 +226,11 @@ def _read(source: Source, name: str) -> Channel | None:
 def _write_proposal(source: Source, bench: Bench, guesses: dict[str, Guess], shift: Guess, level: float) -> Proposal:
     lines = _head(source)
     missing: list[str] = []
+    own_units = _states_units(source)
     if "time" in guesses:
-        lines += ["[time]", *_lines(guesses["time"], "s", missing, key="channel"), ""]
+        lines += ["[time]", *_lines(guesses["time"], "s", missing, own_units), ""]
     for name in ("pressure", "input_speed", "output_speed", "output_torque"):
-        lines += [f"[signals.{name}]", *_lines(guesses[name], _UNITS[name], missing),
+        lines += [f"[signals.{name}]", *_lines(guesses[name], _UNITS[name], missing, own_units),
                   *(() if guesses[name].channel else ("# Remove this section if the bench does not measure it",)), ""]
     lines.append("[shift_command]")
     if shift.channel is not None:
@@ -227,7 +243,7 @@ def _write_proposal(source: Source, bench: Bench, guesses: dict[str, Guess], shi
     lines += _conditions(guesses, bench, missing)
     oil = guesses["oil_temperature"]
     if oil.channel is not None:
-        lines += ["", "[further.oil_temperature]", *_lines(oil, "degC", missing)]
+        lines += ["", "[further.oil_temperature]", *_lines(oil, "degC", missing, own_units)]
     return Proposal("\n".join(lines) + "\n", (*guesses.values(), shift), tuple(missing))
 
 
@@ -236,11 +252,12 @@ def _head(source: Source) -> list[str]:
             "# line marked OPEN. docs/your_files.md describes the keys.", ""]
 
 
-def _lines(guess: Guess, unit: str, missing: list[str], key: str = "channel") -> list[str]:
+def _lines(guess: Guess, unit: str, missing: list[str], own_units: bool) -> list[str]:
     if guess.channel is None:
         missing.append(guess.name)
-        return [f"# OPEN: {guess.reason}", f'# {key} = "..."', f'# unit = "{unit}"']
-    lines = [f"# GUESS: {guess.reason}", f'{key} = "{_quote(guess.channel.name)}"']
+        return [f"# OPEN: {guess.reason}", '# channel = "..."',
+                *([] if own_units else [f'# unit = "{unit}" # only of a channel for which the file states none'])]
+    lines = [f"# GUESS: {guess.reason}", f'channel = "{_quote(guess.channel.name)}"']
     if not guess.channel.unit:
         missing.append(f"unit of {guess.name}")
         return [*lines, f'# OPEN: unit = "{unit}"']

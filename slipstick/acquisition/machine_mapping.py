@@ -47,8 +47,11 @@ def _read(root: Section, name: str, machine: Machine) -> MachineMap:
     for section in (signals, commands, conditions):
         for each in units[section.path]:
             if each not in section.values:
+                source = "its channel" if section is not conditions else (
+                    f'value = "1 {units["conditions"][each]}", name = a group of the pattern of file names, '
+                    "column = a column of the plan, or a channel")
                 raise root.error(section.path, f"'{each}' of the machine '{machine.name}' is missing",
-                                 f'Add [{section.path}."{each}"] with its channel, or declare the machine without it')
+                                 f'Add [{section.path}."{each}"] with {source}, or declare the machine without it')
     for each in machine.inputs:
         if each not in further.values:
             raise root.error("further", f"the machine '{machine.name}' reads '{each}', which is missing",

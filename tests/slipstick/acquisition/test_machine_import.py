@@ -399,6 +399,24 @@ def test_a_guess_for_a_machine_says_why_and_what_is_open() -> None:
     foreign = Machine("sled", SLED.blocks, SLED.sensors, (Command("drive voltage", "V"),), (Condition("load", "N"),))
     nothing = propose_for_machine(open_source("b.csv", io.BytesIO(b"a;b\n1;2\n2;3\n")), foreign)
     assert all(guess.channel is None for guess in nothing.guesses)
+    assert nothing.guesses[1].reason == ("no channel has such a name, or such a unit alone; "
+                                         "the file has 'a' [no unit], 'b' [no unit]")
+    assert '# unit = "m/s" # only of a channel for which the file states none' in nothing.text
+
+
+def test_the_unit_of_a_model_is_not_proposed_where_the_file_states_units() -> None:
+    machine = Machine("sled", SLED.blocks, SLED.sensors, SLED.commands, SLED.conditions)
+    proposal = propose_for_machine(open_source("b.csv", io.BytesIO(b"t [s];a [kPa];b [kPa]\n0;1;2\n1;2;3\n")), machine)
+    assert "the file has 't' [s], 'a' [kPa], 'b' [kPa]" in proposal.text
+    assert "unit = " not in proposal.text
+
+
+def test_a_missing_condition_may_be_a_value_a_part_of_the_file_name_or_a_column() -> None:
+    with pytest.raises(BadRecording) as error:
+        read_machine_mapping(edited('load = { value = "3 N" }', "").encode(), "channels.toml", SLED)
+    assert error.value.remedy == (
+        'Add [conditions."load"] with value = "1 N", name = a group of the pattern of file names, '
+        "column = a column of the plan, or a channel, or declare the machine without it")
 
 
 @pytest.mark.parametrize(("value", "expected"), [("3 N", 0), ("3 kN", 1)])
