@@ -14,12 +14,19 @@ _STYLE = Path(__file__).with_name("front.css")
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'self'; connect-src 'self'; img-src 'self' data:"
 _ICON = ("data:image/svg+xml,%3Csvg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'%3E%3Cpath d='M2 3h5v10H2z"
          "M9 3h5v10H9z' fill='%231f5fa8'/%3E%3Cpath d='M7.5 1v14' stroke='%23e0843a'/%3E%3C/svg%3E")
-_SECTIONS = ("Jobs", "Studies", "Fits", "Tables", "Recordings", "Benches")
+_SECTIONS = {"Jobs": True, "Studies": True, "Fits": True, "Calibrations": False, "Builds": False, "Tables": True,
+             "Recordings": True, "Benches": True, "Machines": False}
+"""The sections of the front page, and whether it always has them."""
 
 
-def document(title: str, body: str, head: str = "") -> str:
-    """Return the HTML document with the main content `body`."""
-    sections = "".join(f'<li><a href="/#{name.lower()}">{name}</a></li>' for name in _SECTIONS)
+def document(title: str, body: str, head: str = "", part_of: str = "") -> str:
+    """Return the HTML document with the main content `body`.
+
+    It is on an entry of the section `part_of` of the front page, or is this page and has sections itself: of those
+    that are not always there, these are in the navigation.
+    """
+    sections = "".join(f'<li><a href="/#{name.lower()}">{name}</a></li>' for name, always in _SECTIONS.items()
+                       if always or name == part_of or f'<section id="{name.lower()}"' in body)
     return "\n".join([
         "<!doctype html>", '<html lang="en">', "<head>", '<meta charset="utf-8">',
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',

@@ -154,7 +154,7 @@ def machine_details(name: MachineNamePath, library: LibraryDependency, machines:
     stored = machines.find(name)
     body = machine_page(stored, machine_orders(name, stored), library, drawings)
     client.require_change(body)
-    return HTMLResponse(document(name, body, SCRIPT))
+    return HTMLResponse(document(name, body, SCRIPT, part_of="Machines"))
 
 
 @router.get("/studies/{id}/law.svg", response_class=Response, responses=PICTURE_RESPONSE)

@@ -64,7 +64,8 @@ def _add_pages(kind: JobKind[Listed, Active]) -> None:
                         _orders(kind, id, store) if job.status == "done" else {},
                         machine_links(request.app.state.machines, getattr(job, "machine", None)))
         refresh = '<noscript><meta http-equiv="refresh" content="10"></noscript>' if job.status in ACTIVE else ""
-        return HTMLResponse(document(name_of(job), body, f"{SCRIPTS}{refresh}"), headers=_FRESH)
+        return HTMLResponse(document(name_of(job), body, f"{SCRIPTS}{refresh}",
+                                     kind.plural.capitalize() if job.status in ENDED else ""), headers=_FRESH)
 
     @router.get(f"/{kind.plural}/{{id}}/live", name=f"{kind.name}_live")
     async def follow_page(id: job_id, stores: JobStores, request: Request,

@@ -75,8 +75,13 @@ def words(page: str) -> str:
 def test_there_are_none_until_a_worker_tells_of_them(client: httpx.Client, tell: Tell) -> None:
     assert client.get("/v1/machines").json() == {"machines": [], "total": 0, "links": {}}
     assert "There is no machine 'dc motor'" in problem(client.get("/v1/machines/dc motor"), 404)["detail"]
+    entry = '<li><a href="/#machines">Machines</a></li>'
     assert 'id="machines"' not in client.get("/").text
+    assert entry not in client.get("/").text
     tell(MOTOR)
+    assert entry in client.get("/").text
+    assert entry in client.get("/machines/dc motor").text
+    assert "/#builds" not in client.get("/").text
     assert client.get("/v1/machines").json()["total"] == 1
     assert "Did you mean 'dc motor'?" in problem(client.get("/v1/machines/dc moto"), 404)["remedy"]
     for wrong in ("%00", "dc%20motor%00", "", "x" * 5000):

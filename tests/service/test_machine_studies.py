@@ -137,6 +137,7 @@ def test_each_link_of_a_job_of_a_machine_answers(serving_jobs: ServingJobs, tmp_
             for name, link in links.items():
                 if name != "cancel":  # by POST
                     assert client.get(link).status_code == 200, link
+            assert f'<a href="/#{kind}">{kind.capitalize()}</a>' in client.get(f"/{kind}/{kind}").text
 
 
 def test_the_squares_of_two_studies_have_a_unit(serving_jobs: ServingJobs, tmp_path: Path) -> None:
