@@ -14,7 +14,7 @@ from slipstick.errors import InvalidValue
 from slipstick.law_files.equation import describe_value
 from slipstick.law_files.table import LawTable
 from slipstick.machine.declaration import SENSOR
-from slipstick.machine.kinds import TERMS
+from slipstick.machine.kinds import MEMORIES, TERMS
 
 _KNOWN_UP_TO: tuple[Literal["nothing", "constant", "line"], ...] = ("nothing", "constant", "line")
 
@@ -51,6 +51,8 @@ def write_equation(law: Law, kind: KindOfLaw) -> str | None:
     terms, values = TERMS[kind.name], {each.name: describe_value(each.value, each.unit)
                                        for each in list_coefficients(law, kind)}
     shape = next((value for name, value in values.items() if name not in terms), "")
+    if kind.name in MEMORIES:
+        shape = shape.strip("()")  # it stands in words there
     names = {"x": _name_variable(law), "B": describe_value(float(law.x[0]), law.on_unit), "S": shape}
     parts = [values[name] + (" * " + re.sub(r"\b[xBS]\b", lambda word: names[word[0]], term)) * (term != "1")
              for name, term in terms.items() if name in values]

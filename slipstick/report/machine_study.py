@@ -6,6 +6,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
+from slipstick.machine.declaration import SENSOR
 from slipstick.machine_studies import MachineFigures, MachineStudyResult
 from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineParameter, Rival
 from slipstick.machine_studies.study import law_table
@@ -156,11 +157,15 @@ def _advise_finding(finding: MachineFinding, result: MachineStudyResult, prefix:
     if finding.confirmed is False:
         what, text = "Do not add:", f"{name}. The simulation of the whole machine is no better with it."
     else:
-        what = "Do not add yet:" if doubtful or finding.rivals else "Add:"
+        is_early, of_sensor = bool(doubtful or finding.rivals), finding.quantity.endswith(SENSOR)
+        what = ("Do not correct yet:" if is_early else "Correct or model:") if of_sensor else (
+            "Do not add yet:" if is_early else "Add:")
         by_law = f"{name}, as the measured law." if law is not None else \
             f"{name}. Look for it by hand: the recordings show it, and no equation of it is known."
         text = by_law if finding.equation is None else \
             f"{name}: {units.raised(finding.equation)}{_describe_zero(finding)}."
+        if of_sensor:
+            text += " Correct the sensor or its channel in the recordings, or add the error to the model."
     if doubtful and finding.confirmed is not False:
         text += f" With it, {listed(doubtful)} still leave{'s' * (len(doubtful) == 1)} more than noise: what is " \
             "missing may be something else."

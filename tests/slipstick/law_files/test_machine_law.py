@@ -76,11 +76,11 @@ def test_equations_have_units_and_what_parameters_replace_is_said() -> None:
 
 @pytest.mark.parametrize(("pair", "basis", "name", "shape", "right"), [
     (("pull", "past voltage"), "past", "play", Coefficient("half width", 0.2, 0.1, 0.3, "V"),
-     "((voltage after a play of half width (0.2 V)) - voltage)"),
+     "((voltage after a play of half width 0.2 V) - voltage)"),
     (("rate sensor", "lag"), "lags", "first-order lag", Coefficient("time", 5.0, 4.0, 6.0, "samples"),
-     "((rate after a first-order lag of (0.01 s)) - rate)"),
+     "((rate after a first-order lag of 0.01 s) - rate)"),
     (("rate sensor", "lag"), "lags", "dead time", Coefficient("time", 5.0, 4.0, 6.0, "samples"),
-     "((rate after a dead time of (0.01 s)) - rate)")])
+     "((rate after a dead time of 0.01 s) - rate)")])
 def test_memories_have_an_equation_and_no_table(pair: tuple[str, str], basis: Kind, name: str, shape: Coefficient,
                                                 right: str) -> None:
     law = law_of(X, pair, basis)

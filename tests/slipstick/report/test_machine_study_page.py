@@ -69,10 +69,14 @@ def test_the_answer_tells_what_is_not_told_apart_without_the_other_findings() ->
 def test_a_finding_without_a_law_has_its_time_or_is_to_be_looked_for() -> None:
     lag = make_finding(LAG, "winding")
     result = make_result(make_finding(FRICTION, "shaft", law=LAW), lag)
-    by_law, by_hand = (text for lead, text in tell_advice(result) if "Add:" in lead)
+    advice = dict(tell_advice(result))
+    by_law, by_hand = advice["1. Add:"], advice["2. Correct or model:"]
     assert by_law == "friction torque that depends on the speed, as the measured law."
     assert by_hand == ("lag of the current sensor. Look for it by hand: the recordings show it, and no equation of it "
-                       "is known.")
+                       "is known. Correct the sensor or its channel in the recordings, or add the error to the model.")
+    contested = dict(tell_advice(make_result(make_finding(LAG, "winding", PAST))))
+    assert contested["Do not correct yet:"].endswith(
+        "Record first what tells it apart from voltage that depends on the past voltage.")
     known = replace(lag, kind="first-order lag", equation="change of the current sensor = ((x after ...) - x)",
                     coefficients=[Coefficient("time", "s", 0.012, 0.0114, 0.0126, at_bound=False)])
     table = next(part for part in advise(make_result(known)).parts if isinstance(part, Table))
