@@ -19,7 +19,7 @@ from slipstick.interface.progress import ProgressLine, Show, TimeEnded
 from slipstick.interface.result import Result
 from slipstick.machine import Machine, Runs
 from slipstick.machine_studies import MachineFigures, MachineStudyResult, study_machine
-from slipstick.machine_studies.result import MachineFinding, MachineParameter
+from slipstick.machine_studies.result import MachineFinding, MachineParameter, Rival
 from slipstick.machine_studies.study import Studied, calibrate_machine, end_early, law_table
 from slipstick.pictures.machine_study import LEVEL, machine_pictures
 from slipstick.pictures.theme import Spec
@@ -37,7 +37,22 @@ RunsLike = Runs | Path | str
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FindingOfMachine(NamedFinding[MachineFinding]):
-    """Something that recordings of a machine show and its model lacks; all of it is in `result`, such as `rivals`."""
+    """Something that recordings of a machine show and its model lacks; all of it is in `result`."""
+
+    @property
+    def nats(self) -> float:
+        """Gain in log marginal likelihood."""
+        return self.result.nats
+
+    @property
+    def errors(self) -> float:
+        """Standard errors in which the runs agree about it."""
+        return self.result.errors
+
+    @property
+    def rivals(self) -> list[Rival]:
+        """Pairs of quantity and dependence that the recordings do not tell apart from it."""
+        return self.result.rivals
 
     @property
     def kind(self) -> str | None:
