@@ -20,7 +20,9 @@ def join_loops(machine: Machine, runs: Runs, values: Mapping[str, float] | None 
     those that tell less of a signal than its mean, simulated at nominal `values`: such as an unstable machine without
     its controller.
     """
-    for loop in _find_loops([block for block in machine.blocks if set(block.signals) <= set(runs.signals)]):
+    known = {*runs.signals, *runs.commands, *runs.conditions, *runs.channels}
+    recorded = [block for block in machine.blocks if {*block.signals, *block.reads} <= known]
+    for loop in _find_loops(recorded):
         try:
             joined = join_blocks(machine, loop)
         except InvalidValue:  # an algebraic loop, or states of the same name

@@ -46,8 +46,8 @@ def test_blocks_stay_apart_that_cannot_be_joined_or_do_not_explain_their_signal(
     for block in (same, replace(winding, window=lambda u: u.time > 0.1)):
         assert names(join_loops(replace(machine, blocks=(block, shaft)), runs)) == ["winding", "shaft"]
     assert names(join_loops(machine, runs, {"resistance value": 100.0})) == ["winding", "shaft"]  # it hardly moves
-    assert names(join_loops(machine, replace(runs, signals={"current": runs.signals["current"]}))) == [
-        "winding", "shaft"]
+    for less in (replace(runs, signals={"current": runs.signals["current"]}), replace(runs, conditions={})):
+        assert names(join_loops(machine, less)) == ["winding", "shaft"]
 
 
 @pytest.mark.parametrize("seed", [1, 2])
