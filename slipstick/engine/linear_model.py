@@ -145,10 +145,8 @@ class Solved(NamedTuple):
     target: np.ndarray
 
 
-@np.errstate(invalid="ignore")
 def solve(gram: Gram, marginal: np.ndarray) -> Solved:
-    """The coefficients given `marginal` (c, c), the sum of the products of those runs that count; not finite where that
-    has no digit left.
+    """The coefficients given `marginal` (c, c), the sum of the products of those runs that count.
 
     A coefficient is at most `REACH` standard deviations of its prior from its target: what asks for a clock that is 200
     samples late is not a clock.
@@ -229,7 +227,6 @@ def _most_likely(gram: Gram, variance: np.ndarray) -> np.ndarray:
     return variance
 
 
-@np.errstate(invalid="ignore")
 def _restricted(gram: Gram, random: np.ndarray, total: np.ndarray, variance: np.ndarray) -> _Restricted:
     """At `variance` (q,), with the rows `random` (n, q, c) of the products, and the sum `total` (c, c) of all."""
     n, q, c = random.shape

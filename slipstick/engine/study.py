@@ -146,6 +146,8 @@ def study(machine: Machine, runs: Runs, values: Mapping[str, float] | None = Non
     return replace(studied, confirmation=confirmation, seconds=time.perf_counter() - began)
 
 
+@_TRIALS
+@in_one_blas_thread
 def identify_runs(machine: Machine, runs: Runs, values: Mapping[str, float] | None = None,
                   settings: EngineSettings | None = None, log: Log = lambda _: None,
                   executor: Executor | None = None) -> Identification:
