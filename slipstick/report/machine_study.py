@@ -6,7 +6,6 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
-from slipstick.machine.declaration import SENSOR
 from slipstick.machine_studies import MachineFigures, MachineStudyResult
 from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineParameter, Rival
 from slipstick.machine_studies.study import law_table
@@ -14,7 +13,7 @@ from slipstick.machine_studies.words import find_past_signal, is_memory
 from slipstick.pictures import units
 from slipstick.pictures.machine_study import LEVEL, machine_pictures
 from slipstick.pictures.study.law import describe_change, headline, remarks
-from slipstick.pictures.study.words import argument, within
+from slipstick.pictures.study.words import argument, subject, within
 from slipstick.pictures.theme import Spec, captions
 from slipstick.report import markup
 from slipstick.report.doubts import LARGE_CHI_SQUARE
@@ -157,7 +156,7 @@ def _advise_finding(finding: MachineFinding, result: MachineStudyResult, prefix:
     if finding.confirmed is False:
         what, text = "Do not add:", f"{name}. The simulation of the whole machine is no better with it."
     else:
-        is_early, of_sensor = bool(doubtful or finding.rivals), finding.quantity.endswith(SENSOR)
+        is_early, of_sensor = bool(doubtful or finding.rivals), subject(finding) != finding.quantity
         what = ("Do not correct yet:" if is_early else "Correct or model:") if of_sensor else (
             "Do not add yet:" if is_early else "Add:")
         by_law = f"{name}, as the measured law." if law is not None else \

@@ -135,7 +135,8 @@ def test_a_machine_is_calibrated_by_a_worker_that_has_its_file(bench: Bench) -> 
     report = bench.client.get(job["links"]["report"]).text
     for said in ("Parameters of the machine dc motor", "dry torque", "reduced chi-square"):
         assert said in report
-    refused_model = bench.client.get(job["links"]["model"])
+    assert "model" not in job["links"]
+    refused_model = bench.client.get(f"{job['links']['self']}/model")
     assert refused_model.status_code == 422
     assert "has no model file" in refused_model.json()["detail"]
     assert "which has no bench" in refused(bench.client, 422, recordings="runs", bench="heavy")["detail"]
