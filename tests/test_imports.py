@@ -90,8 +90,8 @@ MAY_IMPORT = {
     "slipstick.machine.doubts": "numpy slipstick.machine slipstick.numerics.quantities",
     "slipstick.machine.description": "numpy pydantic slipstick.errors slipstick.machine",
     "slipstick.engine": "numpy scipy numba slipstick.errors slipstick.machine slipstick.numerics",
-    "slipstick.machine_studies": "numpy slipstick.engine slipstick.errors slipstick.law_files slipstick.machine "
-                                 "slipstick.studies slipstick.time_budget",
+    "slipstick.machine_studies": "numpy slipstick.black_box.ranges slipstick.engine slipstick.errors "
+                                 "slipstick.law_files slipstick.machine slipstick.studies slipstick.time_budget",
     "slipstick.law_files": "numpy scipy slipstick.errors",
     "slipstick.law_files.machine_law": "numpy slipstick.errors slipstick.engine slipstick.machine slipstick.law_files",
     "slipstick.naming": "numpy scipy numba slipstick.errors slipstick.numerics slipstick.bench slipstick.blocks "

@@ -9,8 +9,7 @@ from slipstick.engine.measured_law import Law
 from slipstick.engine.trajectory import solve
 from slipstick.errors import InvalidValue
 from slipstick.machine.declaration import SENSOR, Machine, identifier_of
-from slipstick.machine.description import SignalRange
-from slipstick.machine.experiments import Experiments, list_experiments
+from slipstick.machine.experiments import Experiments
 from slipstick.machine.runs import Profile, Runs
 from slipstick.machine.runs_file import units_of
 from slipstick.machine.system import System, system_of
@@ -85,14 +84,6 @@ def simulate_runs(machine: Machine, experiments: Experiments, values: Mapping[st
                    for name, signal in signals.items()}
     return Runs(experiments.time, signals, experiments.commands, experiments.conditions, {}, np.arange(float(count)),
                 units_of(machine), machine.name, "Simulated recordings of the machine as it is declared")
-
-
-def find_ranges(machine: Machine) -> tuple[SignalRange, ...]:
-    """Simulate the experiments of a machine, and return the range of each signal that is finite in all of them."""
-    with np.errstate(all="ignore"):
-        signals = simulate_runs(machine, list_experiments(machine)).signals
-    return tuple(SignalRange(name, float(values.min()), float(values.max())) for name, values in signals.items()
-                 if np.isfinite(values).all())
 
 
 def _count_runs(commands: Mapping[str, Profile], values: Mapping[str, float | np.ndarray]) -> int:

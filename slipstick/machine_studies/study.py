@@ -7,13 +7,13 @@ from typing import Literal
 
 import numpy as np
 
+from slipstick.black_box.ranges import simulate_ranges
 from slipstick.engine.fit import Fit, join
 from slipstick.engine.kinds import KindOfLaw
 from slipstick.engine.measured_law import DEVIATIONS
 from slipstick.engine.measured_law import Law as EngineLaw
 from slipstick.engine.selection import Finding
 from slipstick.engine.settings import EngineSettings
-from slipstick.engine.simulation import find_ranges
 from slipstick.engine.study import (
     Confirmation,
     MachineStudy,
@@ -22,7 +22,7 @@ from slipstick.engine.study import (
     fit_parameters,
     study,
 )
-from slipstick.errors import BadRecording, InvalidValue
+from slipstick.errors import BadRecording
 from slipstick.law_files import LawTable
 from slipstick.law_files.machine_law import has_points, list_coefficients, tabulate, write_equation
 from slipstick.machine import Machine, Runs, require_runs, units_of
@@ -92,11 +92,7 @@ def calibrate_machine(machine: Machine, runs: Runs, settings: EngineSettings | N
 
 def _tell_doubts(machine: Machine, runs: Runs, log: Log) -> list[str]:
     """Return, and log, what may have another unit or sign in the recordings than in the machine."""
-    try:
-        ranges = find_ranges(machine)
-    except InvalidValue:  # it does not say how it is run
-        ranges = ()
-    doubts = list_doubts(runs, machine, ranges)
+    doubts = list_doubts(runs, machine, simulate_ranges(machine))
     for doubt in doubts:
         log(f"Doubtful: {doubt}")
     return doubts

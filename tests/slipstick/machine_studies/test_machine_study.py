@@ -61,6 +61,21 @@ def test_a_study_and_a_calibration_tell_first_that_a_unit_may_be_wrong(folder: P
     assert warnings(replace(right, doubts=[doubt]))[0] == ("Doubtful recordings:", f"{doubt}.")
 
 
+def test_own_experiments_that_fail_stop_no_calibration(folder: Path) -> None:
+    machine, runs = Machine.open(folder / "mine.py"), read_runs(folder / "of_mine.h5").take(np.arange(6))
+    fan, plate = machine.blocks
+
+    def begin(u: Any, q: Any, p: Any) -> Any:
+        if np.any(p.room_temperature > 500):
+            raise ArithmeticError
+        return p.first_temperature
+
+    hot = tuple(replace(each, levels=(1000.0,)) for each in machine.conditions)
+    parameters, *_ = calibrate_machine(
+        replace(machine, blocks=(fan, replace(plate, start_function=begin)), conditions=hot), runs)
+    assert parameters
+
+
 @pytest.mark.parametrize("counts", [lambda u: u.time < 60, lambda u: np.zeros(u.time.shape, bool)],
                          ids=["ends early", "never"])
 def test_a_block_ends_where_no_sample_counts_any_more_and_is_shown_to_there(
