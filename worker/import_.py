@@ -2,7 +2,6 @@
 
 import argparse
 import sys
-import tomllib
 from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path, PurePath
 from typing import TypeVar
@@ -60,17 +59,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Import, or propose a mapping."""
-    files = _files(arguments.files, _sheets(arguments))
     if arguments.machine is None:
-        return _import_bench(arguments, files, Bench.open(arguments.bench))
-    return _import_machine(arguments, files, open_machine(arguments.machine))
+        return _import_bench(arguments, Bench.open(arguments.bench))
+    return _import_machine(arguments, open_machine(arguments.machine))
 
 
-def _import_bench(arguments: argparse.Namespace, files: Sequence[Path], bench: Bench) -> int:
+def _import_bench(arguments: argparse.Namespace, bench: Bench) -> int:
     if arguments.guess:
-        return _guess(files[0], arguments.map, lambda source: propose(source, bench))
+        return _guess(arguments, lambda source: propose(source, bench))
     page = _require_paths(arguments)
     mapping = open_mapping(arguments.map)
+    files = _list_mapped(arguments, mapping)
     imported = _read(files, arguments.map, mapping, lambda sources, plan, progress: import_sources(
         sources, mapping, bench, plan, progress))
     imported.recordings.save(arguments.out)
@@ -80,11 +79,12 @@ def _import_bench(arguments: argparse.Namespace, files: Sequence[Path], bench: B
                   arguments.out)
 
 
-def _import_machine(arguments: argparse.Namespace, files: Sequence[Path], machine: Machine) -> int:
+def _import_machine(arguments: argparse.Namespace, machine: Machine) -> int:
     if arguments.guess:
-        return _guess(files[0], arguments.map, lambda source: propose_for_machine(source, machine))
+        return _guess(arguments, lambda source: propose_for_machine(source, machine))
     page = _require_paths(arguments)
-    mapping, ranges = open_machine_mapping(arguments.map, machine), simulate_ranges(machine)
+    mapping = open_machine_mapping(arguments.map, machine)
+    files, ranges = _list_mapped(arguments, mapping), simulate_ranges(machine)
     imported = _read(files, arguments.map, mapping, lambda sources, plan, progress: import_runs(
         sources, mapping, machine, plan, ranges, progress))
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
@@ -144,16 +144,9 @@ def report(imported: ImportedFiles) -> str:
     return "\n".join(lines)
 
 
-def _sheets(arguments: argparse.Namespace) -> set[Path]:
-    """The sheets of conditions that are no recordings where they lie in a folder of those."""
-    beside: Path | None = arguments.map
-    if arguments.guess or beside is None or not beside.is_file():
-        return {(folder / PLAN).resolve() for folder in arguments.files}
-    try:
-        name = tomllib.loads(beside.read_text())["conditions"]["plan"]
-        return {(beside.parent / name).resolve()}
-    except (ValueError, KeyError, TypeError):  # the mapping is read, and refused, later
-        return set()
+def _list_mapped(arguments: argparse.Namespace, mapping: FileMap) -> list[Path]:
+    """The files that a mapping is for: all that are given, but for its sheet of conditions in a folder of them."""
+    return _files(arguments.files, set() if mapping.plan is None else {(arguments.map.parent / mapping.plan).resolve()})
 
 
 def _files(given: Sequence[Path], sheets: Collection[Path]) -> list[Path]:
@@ -191,7 +184,9 @@ def _plan(beside: Path, name: str) -> bytes:
     return path.read_bytes()
 
 
-def _guess(path: Path, out: Path | None, proposer: Callable[[Source], Proposal]) -> int:
+def _guess(arguments: argparse.Namespace, proposer: Callable[[Source], Proposal]) -> int:
+    path, *_ = _files(arguments.files, {(folder / PLAN).resolve() for folder in arguments.files})
+    out: Path | None = arguments.map
     with path.open("rb") as file:
         proposal = proposer(open_source(path.name, file, CsvOptions()))
     if out is None:
