@@ -83,6 +83,11 @@ def ends(values: Values) -> tuple[Values, Values]:
     return cut(values, slice(None, -1)), cut(values, slice(1, None))
 
 
+def _is_across(x: np.ndarray, side: np.ndarray) -> np.ndarray:
+    """Whether states that do not rest at the begin of a step are on the other side behind it."""
+    return np.asarray((np.abs(side) == 1) & (x * side < 0))
+
+
 def _middle(first: Values, second: Values) -> dict[str, Any]:
     return {name: 0.5 * (value + second[name]) for name, value in first.items()}
 
@@ -146,7 +151,7 @@ class Equations:
         sides = self.sides(x, u[0], q[0], p)
         following = self._step(x, u, q, p, h, sides)
         for place in self.system.switches:
-            meets = (following[place] * sides[place] < 0) & (np.abs(sides[place]) == 1)
+            meets = _is_across(following[place], sides[place])
             if meets.any():
                 following = self._meet(place, meets, x, following, u, q, p, h, sides)
         return following
@@ -193,7 +198,7 @@ class Equations:
         there[place] = np.zeros_like(there[place])
         on = self.sides(tuple(there), u_there, q_there, p)
         after = list(self._step(tuple(there), (u_there, u_last), (q_there, q_last), p, (1 - share) * h, on))
-        after[place] = np.where((after[place] * on[place] < 0) & (np.abs(on[place]) == 1), 0.0, after[place])
+        after[place] = np.where(_is_across(after[place], on[place]), 0.0, after[place])
         changed = []
         for state, value in zip(following, after, strict=True):
             state = state.copy()

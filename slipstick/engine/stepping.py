@@ -197,17 +197,20 @@ def _step(tape, R, x, begin, end, h, out, work, count):  # type: ignore[no-untyp
 @njit(nogil=True, cache=True, error_model="numpy")
 def _choose_sides(tape, R, x, u, work, count):  # type: ignore[no-untyped-def]
     """Fill the sides of switching states in R and in memory, as `Equations.sides` does."""
-    switches, at, d, drives, sides = tape[9], tape[11], len(x), tape[10], work[2]
+    switches, at, d, drives, sides, rests = tape[9], tape[11], len(x), tape[10], work[2], False
+    for state in switches:
+        for g in range(count):
+            sides[state, g] = np.sign(x[state, g])
+            R[at + d + state, g] = sides[state, g]
+            rests = rests or x[state, g] == 0
+    if not rests:
+        return
     for row in range(len(u)):
         for g in range(count):
             R[drives + row, g] = u[row, g]
     for state in range(d):
         for g in range(count):
             R[at + state, g] = x[state, g]
-    for state in switches:
-        for g in range(count):
-            sides[state, g] = np.sign(x[state, g])
-            R[at + d + state, g] = sides[state, g]
     _settle(tape, R, work, count)
     for state in switches:
         for g in range(count):
@@ -245,6 +248,12 @@ def _settle(tape, R, work, count):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
+def _is_across(value, side):  # type: ignore[no-untyped-def]
+    """Whether a state that does not rest at the begin of a step is on the other side behind it."""
+    return abs(side) == 1 and value * side < 0
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
 def _advance(tape, R, x, begin, end, h, out, work, count):  # type: ignore[no-untyped-def]
     """Fill out (d, lanes) with the states a step later. A state that meets its surface goes on from there, or rests."""
     switches, sides = tape[9], work[2]
@@ -254,7 +263,7 @@ def _advance(tape, R, x, begin, end, h, out, work, count):  # type: ignore[no-un
     for state in switches:
         meeting = 0 * count
         for g in range(count):
-            if out[state, g] * sides[state, g] < 0 and abs(sides[state, g]) == 1:
+            if _is_across(out[state, g], sides[state, g]):
                 meeting += 1
         if meeting:
             _meet(tape, R, sides, state, meeting, x, begin, end, h, out, count)
@@ -271,7 +280,7 @@ def _meet(tape, R, sides, state, meeting, x, begin, end, h, out, count):  # type
     before, behind = np.empty(meeting), np.empty(meeting)
     m = 0
     for g in range(count):
-        if out[state, g] * sides[state, g] < 0 and abs(sides[state, g]) == 1:
+        if _is_across(out[state, g], sides[state, g]):
             lanes[m] = g
             share = x[state, g] / (x[state, g] - out[state, g])  # of the step, as if the state were linear
             before[m], behind[m] = share * h[g], (1 - share) * h[g]
@@ -291,7 +300,7 @@ def _meet(tape, R, sides, state, meeting, x, begin, end, h, out, count):  # type
             first, u, u_there, before, there = there, u_there, u_last, behind, first
         _step(tape, own, first, u, u_there, before, there, work, meeting)
     for m in range(meeting):
-        if there[state, m] * work[2][state, m] < 0 and abs(work[2][state, m]) == 1:
+        if _is_across(there[state, m], work[2][state, m]):
             there[state, m] = 0.0
         for other in range(d):
             out[other, lanes[m]] = there[other, m]

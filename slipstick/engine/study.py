@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -32,6 +33,7 @@ from slipstick.machine.runs import Profile, Runs
 from slipstick.machine.whole import compose
 from slipstick.numerics.threads import in_one_blas_thread
 
+_Tried = TypeVar("_Tried")
 _TRIALS = np.errstate(over="ignore", invalid="ignore", divide="ignore")
 """Without warnings of trial steps from which equations overflow: such steps are not taken."""
 
@@ -156,12 +158,22 @@ def identify_runs(machine: Machine, runs: Runs, values: Mapping[str, float] | No
     Where that leaves more than noise, something disturbs the machine that is neither known nor named, and reaches all
     signals: the blocks are studied apart, each driven by what was measured of the others.
     """
-    began, joined = time.perf_counter(), join_loops(machine, runs, values)
-    named = identify(replace(prepare(joined, runs, values), executor=executor), settings, log)
-    if joined is not machine and named.unexplained:
-        log("More than noise is left of what is simulated together: the blocks are studied apart")
-        named = identify(replace(prepare(machine, runs, values), executor=executor), settings, log)
+    began = time.perf_counter()
+    named = _explain(machine, runs, values, executor, log, lambda recorded: identify(recorded, settings, log),
+                     lambda tried: tried.unexplained)
     return replace(named, seconds=time.perf_counter() - began)
+
+
+def _explain(machine: Machine, runs: Runs, values: Mapping[str, float] | None, executor: Executor | None, log: Log,
+             attempt: Callable[[Recorded], _Tried], list_left: Callable[[_Tried], Sequence[str]]) -> _Tried:
+    """Return an attempt with the loops of a machine joined, or one with its blocks apart where the first leaves more
+    than noise."""
+    joined = join_loops(machine, runs, values)
+    tried = attempt(replace(prepare(joined, runs, values), executor=executor))
+    if joined is not machine and list_left(tried):
+        log("More than noise is left of what is simulated together: the blocks are studied apart")
+        tried = attempt(replace(prepare(machine, runs, values), executor=executor))
+    return tried
 
 
 @_TRIALS
@@ -170,11 +182,9 @@ def fit_parameters(machine: Machine, runs: Runs, settings: EngineSettings | None
                    log: Log = lambda _: None, executor: Executor | None = None) -> Fit:
     """Return the fit of the parameters of a machine to `runs` without any law."""
     log("Fitting the parameters of the blocks")
-    joined, settings = join_loops(machine, runs), settings or EngineSettings()
-    fits = settle(replace(prepare(joined, runs), executor=executor), settings)
-    if joined is not machine and list_unexplained(fits, settings):
-        fits = settle(replace(prepare(machine, runs), executor=executor), settings)
-    return join(fits)
+    known = settings or EngineSettings()
+    return join(_explain(machine, runs, None, executor, log, lambda recorded: settle(recorded, known),
+                         lambda fits: list_unexplained(fits, known)))
 
 
 def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:

@@ -84,8 +84,9 @@ def lead(result: MachineStudyResult) -> str:
 def tell_evidence(result: MachineStudyResult) -> str:
     """Return how sure the answer is: no rates are known for machines."""
     if not result.findings:
-        reached = " to ".join(dict.fromkeys(f"{limit(block.chi_square for block in result.blocks):.2f}"
-                                            for limit in (min, max)))
+        chi = [block.chi_square for block in result.blocks]
+        lowest, highest = f"{min(chi):.2f}", f"{max(chi):.2f}"
+        reached = lowest if lowest == highest else f"{lowest} to {highest}"
         return (f"{many(result.runs, 'run')} leave a reduced chi-square of {reached} in "
                 f"{many(len(result.blocks), 'block')} of the model; 1 is expected if nothing is missing.")
     errors = listed([units.number(finding.errors) for finding in result.findings])
