@@ -53,18 +53,10 @@ def deliver(library: Library, report: Report, order: Order, checkpoint: Checkpoi
 
 def study_declared(library: Library, report: Report, machine: str, dask: str | None, order: Order) -> dict[str, Any]:
     """The output of the job of a declared machine, of whose file this is the path, by a Dask scheduler if given."""
-    begin, runs, kept = clock_times(), runs_of(library, order, "study"), list[Studied]()
-    log = _log(report)
-
-    def keep(named: Studied) -> None:
-        kept.append(named)
-        report.keep(_output(named))
-
-    def say(doing: str) -> None:
-        log(StudyProgress("confirm" if kept else "name", 2 if kept else 1, 2, 0.5 if kept else 0.0, doing))
-
+    begin, runs = clock_times(), runs_of(library, order, "study")
     with cluster_at(dask) as executor:
-        studied = study_machine(Machine.open(machine), runs, EngineSettings(**order["settings"]), say, keep, executor)
+        studied = study_machine(Machine.open(machine), runs, EngineSettings(**order["settings"]), _log(report),
+                                lambda named: report.keep(_output(named)), executor)
     return {**_output(studied), **stage_times({}, "study", begin)}
 
 

@@ -36,7 +36,7 @@ def answer_machine(name: str, folder: Path) -> None:
     """Answer all variants of a machine, and replace its rows and its picture."""
     module, answers, rows = load(name), dict[str, Identification](), list[list[str]]()
     for variant, recorded in module.read(folder).items():
-        answers[variant] = identify(recorded, log=lambda line: print(line, flush=True))
+        answers[variant] = identify(recorded, log=lambda doing: print(doing.words, flush=True))
         rows += [[variant, each.what, f"{each.value:.4g}", _write(each.error, 2), each.unit, _write(each.published, 4)]
                  for each in (*describe(answers[variant]), *module.compare(variant, answers[variant]))]
     replace_rows(TABLE, HEADER, name, rows)

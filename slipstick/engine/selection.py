@@ -1,13 +1,14 @@
 """Which laws recordings ask for: forward selection by evidence and by agreement of the runs, and then backward."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from slipstick.engine.approach import approach, approach_each
 from slipstick.engine.disturbances import estimate_disturbances
+from slipstick.engine.doing import Doing, Log
 from slipstick.engine.equations import refine
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, multiply, screen
 from slipstick.engine.fit import HOPED, SETTLED, Fit, begin, fit, join, join_recorded
@@ -20,7 +21,6 @@ from slipstick.engine.settings import EngineSettings
 from slipstick.machine.declaration import identifier_of
 from slipstick.numerics.threads import in_one_blas_thread
 
-Log = Callable[[str], None]
 _LEAST_CHI = 1e-3
 """Least chi-square of a run: one without samples that count has none."""
 _TEMPERED = 6
@@ -83,8 +83,7 @@ class Identification:
 def identify(recorded: Recorded, settings: EngineSettings | None = None, log: Log = lambda _: None) -> Identification:
     """Find the laws that recordings ask for, in all parts."""
     began, settings = time.perf_counter(), settings or EngineSettings()
-    log("Fitting the parameters of the blocks")
-    bare = settle(recorded, settings)
+    bare = settle(recorded, settings, log)
     search = _Search(settings, log, {_name(each): each for each in bare})
     while search.step():
         pass
@@ -141,6 +140,7 @@ class _Search:
         near += [each for each in asking[self.settings.rivals:] if each.candidate.pair in constants]
         trials = list[_Trial]()
         for each in near:
+            self._say(f"Trying {' over '.join(each.candidate.pair)}, which may gain {each.nats:.1f} nats")
             trials.append(self._try(each, max((trial.finding.nats for trial in trials), default=0.0)))
         leading = max(trial.finding.nats for trial in trials)
         trials = [self._finish(trial) if trial.fit.converged
@@ -149,12 +149,17 @@ class _Search:
         trials.sort(key=lambda trial: -trial.finding.nats)
         passing = [trial for trial in trials if self._is_enough(trial)]
         if not passing:
+            first = trials[0].finding
+            self._say(f"No law is named: {' over '.join(first.pair)} gains {first.nats:.1f} nats by {first.errors:.1f} "
+                      "standard errors, which is too little")
             self.closed |= set(groups)
             return True
         best = self._choose(passing)
         leads = tuple(_lead(best, trial) for trial in trials if trial is not best)
         self.findings.append(replace(best.finding, leads=leads, rivals=tuple(
             each.pair for each in leads if each.nats > self.settings.nats and each.errors < self.settings.apart)))
+        self._say(f"Named {' over '.join(best.finding.pair)}, which gains {best.finding.nats:.1f} nats by "
+                  f"{best.finding.errors:.1f} standard errors: fitting the blocks that it changes")
         self.fits = {group: fit for group, fit in self.fits.items() if group not in best.groups}
         self._accept(best.fit)
         return True
@@ -221,14 +226,13 @@ class _Search:
                 sorted_by_fits.setdefault(tuple(self.fits[group] for group in groups), []).append(candidate)
         waiting = {key: candidates for key, candidates in sorted_by_fits.items() if key not in self._screened}
         models = {name: model for each in self.fits.values() for name, model in each.models.items()}
+        if waiting:
+            self._say(f"Comparing {sum(map(len, waiting.values()))} laws")
         multiplied = multiply(models, [candidate for candidates in waiting.values() for candidate in candidates])
         for key, candidates in waiting.items():
             self._screened[key] = screen(self._base(key), candidates, multiplied)
         screened = [each for key in sorted_by_fits for each in self._screened[key]]
         screened.sort(key=lambda each: -each.nats)
-        best = ", ".join(f"{' over '.join(each.candidate.pair)} {each.nats:.1f}" for each in screened[:5])
-        self.log(f"Compared {len(screened)} laws; gains in nats: {best}" if screened else
-                 "No law is left to compare: fitting what was found once more")
         return screened
 
     def _base(self, fits: tuple[Fit, ...]) -> Fit:
@@ -261,9 +265,10 @@ class _Search:
         pair = candidate.pair
         gains, expected = hold_out(full.fitted) - hold_out(base.fitted), expect(full, candidate)
         finding = Finding(pair, full.evidence - base.evidence, agree(gains, expected), (), gains)
-        self.log(f"Fitted {' over '.join(pair)}: {finding.nats:.1f} nats, {finding.errors:.1f} standard errors"
-                 + ", not converged" * (not full.converged))
         return _Trial(finding, full, base, groups, expected)
+
+    def _say(self, words: str) -> None:
+        self.log(Doing("search", words))
 
     def _is_enough(self, trial: _Trial) -> bool:
         before = [finding.nats for finding in self.findings if finding.pair in trial.base.laws]
@@ -276,7 +281,7 @@ def _lead(best: _Trial, other: _Trial) -> Lead:
     return Lead(other.finding.pair, other.finding.nats, agree(best.finding.gains - other.finding.gains, best.expected))
 
 
-def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:
+def settle(recorded: Recorded, settings: EngineSettings, log: Log = lambda _: None) -> list[Fit]:
     """Return the fits without laws of the groups of parts, of the runs that are not set aside.
 
     They have the noise of sensors that their residuals show.
@@ -285,6 +290,7 @@ def settle(recorded: Recorded, settings: EngineSettings) -> list[Fit]:
     waiting = recorded.groups()
     while waiting:
         group = explain(waiting.pop(0), explained)
+        log(Doing("fit", f"Fitting the parameters of {' and '.join(f'“{part.name}”' for part in group.parts)}"))
         fitted = temper(fit_bare(group), settings, begin(group))
         if any(part.temper > 1 for part in fitted.recorded.parts) or len(_find_bad([fitted], settings)):
             state, left = approach(fitted.recorded)

@@ -13,6 +13,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from slipstick.engine.doing import Doing, Log
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, multiply, screen
 from slipstick.engine.fit import Fit, join
 from slipstick.engine.kinds import KindOfLaw, find_kind
@@ -23,7 +24,7 @@ from slipstick.engine.measured_law import Law, measure
 from slipstick.engine.model import State
 from slipstick.engine.preparation import prepare
 from slipstick.engine.recordings import Pair, Recorded
-from slipstick.engine.selection import Finding, Identification, Log, fit_bare, identify, list_unexplained, settle
+from slipstick.engine.selection import Finding, Identification, fit_bare, identify, list_unexplained, settle
 from slipstick.engine.settings import EngineSettings
 from slipstick.engine.simulation import simulate
 from slipstick.machine.declaration import Machine
@@ -171,7 +172,7 @@ def _explain(machine: Machine, runs: Runs, values: Mapping[str, float] | None, e
     joined = join_loops(machine, runs, values)
     tried = attempt(replace(prepare(joined, runs, values), executor=executor))
     if joined is not machine and list_left(tried):
-        log("More than noise is left of what is simulated together: the blocks are studied apart")
+        log(Doing("fit", "More than noise is left of what is simulated together: the blocks are studied apart"))
         tried = attempt(replace(prepare(machine, runs, values), executor=executor))
     return tried
 
@@ -181,9 +182,8 @@ def _explain(machine: Machine, runs: Runs, values: Mapping[str, float] | None, e
 def fit_parameters(machine: Machine, runs: Runs, settings: EngineSettings | None = None,
                    log: Log = lambda _: None, executor: Executor | None = None) -> Fit:
     """Return the fit of the parameters of a machine to `runs` without any law."""
-    log("Fitting the parameters of the blocks")
     known = settings or EngineSettings()
-    return join(_explain(machine, runs, None, executor, log, lambda recorded: settle(recorded, known),
+    return join(_explain(machine, runs, None, executor, log, lambda recorded: settle(recorded, known, log),
                          lambda fits: list_unexplained(fits, known)))
 
 
@@ -208,6 +208,7 @@ def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:
 
 def _confirm(machine: Machine, runs: Runs, values: Mapping[str, float] | None, named: Identification,
              log: Log) -> Confirmation | None:
+    log(Doing("simulate", "Fitting the whole machine without laws"))
     blocks = join(named.fits)
     whole = prepare(compose(machine), runs, values, is_free=True).take(blocks.recorded.rows)
     noise = {signal: part.sensors[place] for part in blocks.recorded.parts for place, signal in enumerate(part.signals)}
@@ -220,33 +221,30 @@ def _confirm(machine: Machine, runs: Runs, values: Mapping[str, float] | None, n
     whole = replace(whole, parts=(part,), signals=blocks.recorded.signals, executor=blocks.recorded.executor)
     start, variance = _begin_whole(whole, blocks)
     bare = fit_bare(whole, start, variance)
-    log(f"Fitted the whole machine without laws: chi-square {_median(bare):.2f}" + _remark(bare))
     candidates = {each.pair: each for each in list_candidates(whole, {part.name: bare.models[part.name].own()})}
     laws = {pair: _with_knots(candidates[pair], law) for pair, law in blocks.laws.items() if pair in candidates}
     if not laws:
         return None
+    log(Doing("extend", f"Fitting the whole machine with laws; without them, {_remark(bare)}"))
     estimated = replace(start, laws={**bare.state.laws, **{pair: blocks.state.laws[pair] for pair in laws}})
     priors = {pair: blocks.priors[pair] for pair in laws}
     # From the optimum without the laws, and from what the blocks have estimated: the better one.
     with_laws = max((bare.beside(laws, priors, state) for state in (estimated, bare.state)),
                     key=lambda each: each.evidence)
-    log(f"Fitted the whole machine with laws: {with_laws.evidence - bare.evidence:.1f} nats, chi-square "
-        f"{_median(with_laws):.2f}" + _remark(with_laws))
     gains, without = hold_out(with_laws.fitted) - hold_out(bare.fitted), _excess(bare)
     expected = np.sqrt(sum(expect(with_laws, law) ** 2 for law in laws.values()))
     control = _choose_control(bare, list(candidates.values()), named.findings)
+    log(Doing("control", f"Fitting the whole machine with the control {' over '.join(control.candidate.pair)}; "
+                         f"with the laws, {with_laws.evidence - bare.evidence:.1f} nats and {_remark(with_laws)}"))
     with_control = bare.beside({control.candidate.pair: control.candidate}, {control.candidate.pair: control.prior})
     return Confirmation(with_laws.evidence - bare.evidence, agree(gains, expected),
                         tuple(measure(with_laws, pair) for pair in laws), Gap(without, _excess(with_laws)),
                         control.candidate.pair, Gap(without, _excess(with_control)), bare, with_laws)
 
 
-def _median(fit: Fit) -> float:
-    return float(np.median(list(fit.chi_square.values())))
-
-
 def _remark(fit: Fit) -> str:
-    return "" if fit.converged else ", not converged"
+    chi = np.median(list(fit.chi_square.values()))
+    return f"chi-square {chi:.2f}" + ("" if fit.converged else ", not converged")
 
 
 def _begin_whole(whole: Recorded, blocks: Fit) -> tuple[State, np.ndarray]:

@@ -28,6 +28,7 @@ from slipstick.report.calibration import machine_calibration_summary
 from slipstick.report.machine_study import lead, machine_study_page, tell_evidence
 from slipstick.studies.export import has_table
 from slipstick.studies.finding import Coefficient
+from slipstick.studies.progress import StudyProgress
 from slipstick.studies.record import from_dict
 from slipstick.time_budget import TimeBudgetEnded, clock_times, seconds_of, stage_times
 
@@ -155,10 +156,10 @@ def study_of_machine(machine: Machine, runs: RunsLike, *, settings: EngineSettin
     with say_compilation(), ProgressLine() as line:
         show = line.shown(progress)
 
-        def log(doing: str) -> None:
+        def log(step: StudyProgress) -> None:
             if time.monotonic() > start + limit:
                 raise TimeEnded
-            show(doing, None)
+            show(f"step {step.step} of {step.steps}: {step.doing}", step.done)
 
         try:
             result, figures = study_machine(machine, runs, chosen, log, kept.append, executor)
@@ -214,7 +215,7 @@ def calibration_of_machine(machine: Machine, runs: RunsLike, progress: bool | Sh
     runs = runs if isinstance(runs, Runs) else Runs.open(runs)
     with say_compilation(), ProgressLine() as line:
         show = line.shown(progress)
-        fitted = calibrate_machine(machine, runs, log=lambda doing: show(doing, None), executor=executor)
+        fitted = calibrate_machine(machine, runs, log=lambda doing: show(doing.words, None), executor=executor)
     return MachineCalibration(machine.name, *fitted)
 
 

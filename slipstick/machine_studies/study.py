@@ -3,11 +3,12 @@
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
 from slipstick.black_box.ranges import simulate_ranges
+from slipstick.engine.doing import Doing, Step
 from slipstick.engine.fit import Fit, join
 from slipstick.engine.kinds import KindOfLaw
 from slipstick.engine.measured_law import DEVIATIONS
@@ -41,6 +42,7 @@ from slipstick.machine_studies.result import (
 from slipstick.machine_studies.words import answer, name_finding
 from slipstick.studies.export import tabulate_finding
 from slipstick.studies.finding import Coefficient, Law
+from slipstick.studies.progress import Log, Steps
 from slipstick.time_budget import Partial
 
 _FEWEST = 3
@@ -48,7 +50,6 @@ _FEWEST = 3
 _SHOWN, _POINTS = 3, 400
 """Runs that are shown, and the points of a curve: more than a picture resolves."""
 
-Log = Callable[[str], None]
 Studied = tuple[MachineStudyResult, MachineFigures]
 
 
@@ -57,14 +58,19 @@ def study_machine(machine: Machine, runs: Runs, settings: EngineSettings | None 
                   executor: Executor | None = None) -> Studied:
     """Find what recorded runs of a machine ask for, and confirm it in the simulation of the whole machine.
 
-    `log` is called with what is done, and `keep` with the result that there is before the confirmation. The `executor`
+    `log` is called with each step, and `keep` with the result that there is before the confirmation. The `executor`
     computes with chunks of many runs, by default threads. Raises `BadRecording` for runs that are not of the machine,
     and for too few.
     """
     require_enough(require_runs(machine, runs))
-    doubts = _tell_doubts(machine, runs, log)
-    complete = study(machine, runs, settings=settings, log=log, keep=lambda named: keep(_conclude(named, runs, doubts)),
-                     executor=executor)
+    steps = Steps(get_args(Step), log)
+
+    def report(doing: Doing) -> None:
+        steps.report("name" if doing.step in ("fit", "search") else "confirm", doing.step, doing.words)
+
+    doubts = _tell_doubts(machine, runs, report)
+    complete = study(machine, runs, settings=settings, log=report,
+                     keep=lambda named: keep(_conclude(named, runs, doubts)), executor=executor)
     return _conclude(complete, runs, doubts)
 
 
@@ -77,7 +83,7 @@ def require_enough(runs: Runs) -> None:
 
 
 def calibrate_machine(machine: Machine, runs: Runs, settings: EngineSettings | None = None,
-                      log: Log = lambda _: None, executor: Executor | None = None) -> tuple[
+                      log: Callable[[Doing], None] = lambda _: None, executor: Executor | None = None) -> tuple[
                           list[MachineParameter], dict[str, float], list[int]]:
     """Fit the parameters of a machine to runs of it; raises `BadRecording` for runs that are not of the machine.
 
@@ -90,11 +96,11 @@ def calibrate_machine(machine: Machine, runs: Runs, settings: EngineSettings | N
             {name: float(np.median(chi)) for name, chi in fit.chi_square.items()}, aside)
 
 
-def _tell_doubts(machine: Machine, runs: Runs, log: Log) -> list[str]:
+def _tell_doubts(machine: Machine, runs: Runs, log: Callable[[Doing], None]) -> list[str]:
     """Return, and log, what may have another unit or sign in the recordings than in the machine."""
     doubts = list_doubts(runs, machine, simulate_ranges(machine))
     for doubt in doubts:
-        log(f"Doubtful: {doubt}")
+        log(Doing("fit", f"Doubtful: {doubt}"))
     return doubts
 
 

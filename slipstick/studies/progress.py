@@ -1,6 +1,6 @@
 """What a running study is doing, in words, and its share of the steps."""
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, get_args
 
@@ -25,9 +25,10 @@ class StudyProgress:
     fitted without and with it. A study that is interrupted resumes at the beginning of its stage."""
     step: int
     """Its current step, from 1. If engagements are set aside, the blocks are fitted once more without them, and the
-    number goes back."""
+    number goes back; so it does where the blocks of a machine are studied apart after all."""
     steps: int
-    """Number of its steps, which follows from the recorded signals."""
+    """Number of its steps, which follows from the recorded signals. Where nothing is found in a declared machine, the
+    steps of `confirm` are left out."""
     done: float
     """Share of the steps that are complete, as a number from 0 to 1. It never falls within a stage. Steps differ in
     duration, by how much is not known before, and so neither is the time left."""
@@ -40,25 +41,32 @@ class StudyProgress:
 Log = Callable[[StudyProgress], None]
 
 
-class StudySteps:
-    """The steps of a study of recordings with these signals, which it reports to `log` one after the other."""
+class Steps:
+    """The steps of a study by their `names`, which are reported to `log` one after the other."""
 
-    def __init__(self, signals: Collection[str], log: Log) -> None:
-        self.log, self.names = log, (*steps(open_blocks(signals)), *get_args(Confirming))
-        self.furthest = 0
+    def __init__(self, names: Sequence[str], log: Log) -> None:
+        self.names, self.log, self.furthest = names, log, 0
 
-    def report_naming(self, question: Asked) -> None:
-        """Report a step of the stage `name`."""
-        self._report("name", question.step, _describe(question))
-
-    def report_confirming(self, step: Confirming, doing: str) -> None:
-        """Report a step of the stage `confirm`."""
-        self._report("confirm", step, doing)
-
-    def _report(self, stage: Stage, name: str, doing: str) -> None:
+    def report(self, stage: Stage, name: str, doing: str) -> None:
+        """Report a step, and what it is `doing`, in words."""
         complete = self.names.index(name)
         self.furthest = max(self.furthest, complete)
         self.log(StudyProgress(stage, complete + 1, len(self.names), self.furthest / len(self.names), doing))
+
+
+class StudySteps(Steps):
+    """The steps of a study of recordings with these signals."""
+
+    def __init__(self, signals: Collection[str], log: Log) -> None:
+        super().__init__((*steps(open_blocks(signals)), *get_args(Confirming)), log)
+
+    def report_naming(self, question: Asked) -> None:
+        """Report a step of the stage `name`."""
+        self.report("name", question.step, _describe(question))
+
+    def report_confirming(self, step: Confirming, doing: str) -> None:
+        """Report a step of the stage `confirm`."""
+        self.report("confirm", step, doing)
 
 
 def _describe(question: Asked) -> str:

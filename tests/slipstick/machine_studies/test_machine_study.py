@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import slipstick
+from slipstick.engine.doing import Doing
 from slipstick.engine.simulation import simulate_runs
 from slipstick.errors import BadRecording, InvalidValue, UnknownName
 from slipstick.interface.machine_study import MachineStudy
@@ -52,10 +53,10 @@ def test_a_study_and_a_calibration_tell_first_that_a_unit_may_be_wrong(folder: P
     machine, runs = Machine.open(folder / "mine.py"), read_runs(folder / "of_mine.h5").take(np.arange(6))
     right, _ = study_machine(machine, runs)
     assert right.doubts == []
-    said = list[str]()
+    said = list[Doing]()
     calibrate_machine(machine, replace(runs, signals={**runs.signals, "air speed": 100 * runs.signals["air speed"]}),
                       log=said.append)
-    doubt = said[0].removeprefix("Doubtful: ")
+    doubt = said[0].words.removeprefix("Doubtful: ")
     assert doubt.startswith("air speed reaches ")
     assert doubt.endswith("in the experiments that the machine declares. Check its unit")
     assert warnings(replace(right, doubts=[doubt]))[0] == ("Doubtful recordings:", f"{doubt}.")
@@ -292,7 +293,13 @@ def test_the_worker_studies_runs_of_the_library_and_its_output_makes_the_report(
                                       "keep": lambda self, content: kept.append(content)})()
     output = study_steps.study_declared(Library(folder), report, str(folder / "mine.py"), None, order)
     assert output["result"]["sentence"].startswith("Missing: cooling")
-    assert {entry["stage"] for entry in said} == {"name", "confirm"}
+    assert list(dict.fromkeys((entry["stage"], entry["step"], entry["steps"]) for entry in said)) == [
+        ("name", 1, 5), ("name", 2, 5), ("confirm", 3, 5), ("confirm", 4, 5), ("confirm", 5, 5)]
+    assert [entry["done"] for entry in said] == [(entry["step"] - 1) / 5 for entry in said]
+    beginnings = {entry["step"]: entry["doing"] for entry in reversed(said)}
+    assert beginnings[1] == "Fitting the parameters of “fan”"
+    assert re.fullmatch(r"Comparing \d+ laws", beginnings[2])
+    assert beginnings[4].startswith("Fitting the whole machine with laws; without them, chi-square ")
     partial = study_steps.end_declared(order, kept[-1], 60.0)
     assert partial["result"]["partial"]["missing"] == ["the simulation of the whole machine, and with it the gap"]
     assert partial["result"]["gap"] is None
