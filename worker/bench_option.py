@@ -24,9 +24,11 @@ def add_bench_argument(parser: argparse._ActionsContainer) -> None:
                              "%(default)s)")
 
 
-def add_machine_argument(parser: argparse.ArgumentParser) -> None:
-    """Add the option `--machine`, in the place of a bench."""
-    parser.add_argument("--machine", type=Path, metavar="FILE.py",
+def add_bench_or_machine_argument(parser: argparse.ArgumentParser) -> None:
+    """Add the options `--bench` and `--machine`, of which only one can be given."""
+    either = parser.add_mutually_exclusive_group()
+    add_bench_argument(either)
+    either.add_argument("--machine", type=Path, metavar="FILE.py",
                         help="instead of a bench, the Python file that declares a machine (see `machine new`), or the "
                              "name of a shipped one, such as dc_motor; it is run")
 
@@ -53,8 +55,7 @@ def library_folder() -> Path:
 
 
 def add_simulated_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add what is simulated: the options `--bench`, `--model` and `--conditions`."""
-    add_bench_argument(parser)
+    """Add what is simulated of a bench: the options `--model` and `--conditions`."""
     parser.add_argument("--model", type=Path, metavar="SPEC.json",
                         help="the model to simulate, as written by `calibrate --out` or `study --extended` "
                              "(default: the nominal parameters of the bench)")

@@ -20,7 +20,7 @@ from slipstick.interface.build import ACCURACIES, PAPER_AXES, build
 from slipstick.interface.progress import ProgressLine
 from slipstick.interruption import STATUS
 
-from .bench_option import add_simulated_arguments, open_simulated
+from .bench_option import add_bench_argument, add_simulated_arguments, open_simulated
 from .executors import add_dask_argument, cluster_at
 from .program import command_line
 
@@ -45,11 +45,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def add_model_arguments(parser: argparse.ArgumentParser, out: Path) -> None:
     """Add the options that all tables share: model, conditions, output file (default `out`), threads and accuracy."""
-    add_simulated_arguments(parser)
-    parser.add_argument("--machine", type=Path, metavar="FILE",
+    either = parser.add_mutually_exclusive_group()
+    add_bench_argument(either)
+    either.add_argument("--machine", type=Path, metavar="FILE",
                         help="simulate another machine than the clutch of a bench: a TOML file with its inputs, "
                              "conditions, output and simulator (a Python callable, an FMU or an UM-Bridge model), or "
                              "the Python file that declares it (docs/any_machine.md)")
+    add_simulated_arguments(parser)
     parser.add_argument("--output", metavar="NAME",
                         help="the output of a declared machine (default: the first that it declares)")
     parser.add_argument("--out", type=Path, default=out, metavar="FILE",

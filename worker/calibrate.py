@@ -10,7 +10,7 @@ from slipstick.interface.progress import ProgressLine
 from slipstick.machine import Machine, Runs
 from slipstick.report.machine_study import parameter_table
 
-from .bench_option import add_bench_argument, add_machine_argument, open_recordings
+from .bench_option import add_bench_or_machine_argument, open_recordings
 from .executors import add_dask_argument, cluster_at
 from .orders import add_time_budget_argument
 from .program import command_line
@@ -26,8 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                              "tables/measured.h5 where it exists, otherwise sample)")
     parser.add_argument("--signals", type=Path, metavar="FILE",
                         help="the CSV file of the signals, if the recordings are a CSV file")
-    add_bench_argument(parser)
-    add_machine_argument(parser)
+    add_bench_or_machine_argument(parser)
     parser.add_argument("--model", type=Path, metavar="SPEC.json",
                         help="the model to start from (default: the nominal parameters)")
     add_time_budget_argument(parser)
@@ -62,8 +61,8 @@ def _calibrate_machine(arguments: argparse.Namespace) -> int:
         raise InvalidValue("A declared machine is calibrated to the runs of a file",
                            "Give --recordings RUNS.h5, without --model and --signals")
     with cluster_at(arguments.dask) as executor, ProgressLine(log=True) as line:
-        result = calibrate(Machine.open(arguments.machine), Runs.open(arguments.recordings), progress=line.step,
-                           executor=executor)
+        result = calibrate(Machine.open(arguments.machine), Runs.open(arguments.recordings),
+                           budget=arguments.time_budget, progress=line.step, executor=executor)
     print("\n".join(result.summary()))
     print(plain_table(*parameter_table(result.parameters)))
     if arguments.out:

@@ -32,7 +32,7 @@ from slipstick.report.imported import imported_page, imported_runs_page, summary
 from slipstick.report.study.words import many
 from slipstick.storage.files import replacing
 
-from .bench_option import add_bench_argument
+from .bench_option import add_bench_or_machine_argument
 
 PLAN = "plan.csv"
 """What a sheet of conditions is called where no mapping names it."""
@@ -51,10 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="write the page of what was understood (default: beside --out)")
     parser.add_argument("--guess", action="store_true",
                         help="propose a mapping from names and units of the first file, and say what was guessed")
-    measured = parser.add_mutually_exclusive_group()
-    add_bench_argument(measured)
-    measured.add_argument("--machine", metavar="FILE.py",
-                          help="instead of a bench, the machine that the file declares; its runs are written")
+    add_bench_or_machine_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

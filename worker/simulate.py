@@ -10,14 +10,14 @@ from slipstick.machine import Machine, Runs, holds_runs
 from slipstick.recordings import Recordings
 from slipstick.recordings.simulated import SIMULATED
 
-from .bench_option import add_machine_argument, add_simulated_arguments, open_simulated, refuse_bench_options
+from .bench_option import add_bench_or_machine_argument, add_simulated_arguments, open_simulated, refuse_bench_options
 from .program import command_line
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
+    add_bench_or_machine_argument(parser)
     add_simulated_arguments(parser)
-    add_machine_argument(parser)
     parser.add_argument("--runs", type=int, metavar="N", help="number of runs of a machine, each experiment that it "
                         "declares in turn (default: all of them once)")
     parser.add_argument("--effect", action="append", default=[], metavar="NAME[=MULTIPLE]",

@@ -14,7 +14,7 @@ from slipstick.machine import Machine, Runs
 from slipstick.studies import StudySettings
 from slipstick.time_budget import TimeBudgetEnded
 
-from .bench_option import add_bench_argument, add_machine_argument, open_recordings, refuse_bench_options
+from .bench_option import add_bench_or_machine_argument, open_recordings, refuse_bench_options
 from .executors import add_dask_argument, cluster_at
 from .orders import add_time_budget_argument
 from .program import command_line
@@ -26,8 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("recordings", type=Path, metavar="RECORDINGS", help="recordings with signals, .h5 or .csv")
     parser.add_argument("--signals", type=Path, metavar="FILE",
                         help="the CSV file of the signals, if RECORDINGS is a CSV file")
-    add_bench_argument(parser)
-    add_machine_argument(parser)
+    add_bench_or_machine_argument(parser)
     parser.add_argument("--settings", type=Path, metavar="FILE.json",
                         help='JSON file with the study settings to change, such as {"level": 0.95}')
     add_time_budget_argument(parser)

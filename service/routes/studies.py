@@ -59,7 +59,7 @@ def submit_study(body: Annotated[StudyRequest, Body(examples=[_EXAMPLE])], libra
     the pressure, or the torque and a speed, and 24 or more engagements; others are rejected with 422. A study of
     recordings that cannot be of the bench fails within seconds. Runs of a declared machine are studied by a worker that
     was given the file of this machine (`slipstick work --machine FILE.py`), with the settings `engine`. Fewer than 3
-    runs are rejected with 422.
+    runs are rejected with 422, and so are a bench or `settings` of a machine, and `engine` of a bench.
     """
     study = submit(store, key, _job_input(library, body), "long")
     response.headers["Location"] = f"{store.address}/{study.workflow_id}"
@@ -90,10 +90,17 @@ def _job_input(library: Library, body: StudyRequest) -> JobInput:
     """Return the input of the worker, after checks that reject a study that would fail later."""
     recorded = library.recorded(body.recordings)
     if isinstance(recorded, Runs):
+        if body.bench is not None or "settings" in body.model_fields_set:
+            raise InvalidValue(f"'{body.recordings}' has runs of the machine '{recorded.machine}', which has no bench, "
+                               "and `settings` are those of a study of a bench",
+                               "Omit `bench` and `settings`; the settings of a machine are `engine`")
         require_enough(recorded)
         return {"recordings": body.recordings, "recordings_digest": recorded.digest, "machine": recorded.machine,
                 "settings": asdict(body.engine), "time_budget": body.time_budget, **bench_input(library, None)}
     recordings = library.recording(body.recordings)
+    if "engine" in body.model_fields_set:
+        raise InvalidValue(f"'{body.recordings}' has recordings of a bench, and `engine` has settings of a study of a "
+                           "declared machine", "Omit `engine`; the settings of a bench are `settings`")
     bench = body.bench or library.bench_of_recordings(recordings)
     scene_of(library.bench(bench), recordings, body.settings.naming)
     job_input: JobInput = orjson.loads(orjson.dumps({

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, NamedTuple, overload
 from slipstick.calibration import Calibration
 from slipstick.calibration import calibrate as fit_calibration
 from slipstick.clutch.model import Model
+from slipstick.errors import InvalidValue
 from slipstick.interface.frames import data_frame
 from slipstick.interface.machine_study import (
     MachineCalibration,
@@ -89,8 +90,8 @@ class CalibrationResult(Result):
 def calibrate(bench: BenchLike, recordings: RecordingsLike, *, model: ModelLike | None = None,
               budget: float | str | None = None, progress: bool | Show = True) -> CalibrationResult: ...
 @overload
-def calibrate(bench: Machine, recordings: RunsLike, *, progress: bool | Show = True,
-              executor: Executor | None = None) -> MachineCalibration: ...
+def calibrate(bench: Machine, recordings: RunsLike, *, budget: float | str | None = None,
+              progress: bool | Show = True, executor: Executor | None = None) -> MachineCalibration: ...
 def calibrate(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike, *, model: ModelLike | None = None,
               budget: float | str | None = None, progress: bool | Show = True,
               executor: Executor | None = None) -> CalibrationResult | MachineCalibration:
@@ -106,9 +107,10 @@ def calibrate(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike,
         parameters. Of a machine, its recorded runs.
     model : Model, result or path, optional
         The model with which the search begins: a `Model`, a result that has one, or a JSON file of either. By default
-        that with the nominal parameters.
+        that with the nominal parameters. A machine has none.
     budget : float or str, optional
-        Time in s, or a text such as "2 min", after which the next iteration is the last. By default a day.
+        Time in s, or a text such as "2 min", after which the next iteration is the last. By default a day. The
+        calibration of a machine then ends at its next step, without a result.
     progress : bool or callable, optional
         Whether to show the iterations in a terminal or notebook, or a function of a text and a share.
     executor : concurrent.futures.Executor, optional
@@ -117,12 +119,14 @@ def calibrate(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike,
     Returns
     -------
     CalibrationResult
-        Or a `MachineCalibration`, of a machine, for which `model` and `budget` have no meaning.
+        Or a `MachineCalibration`, of a machine.
 
     Raises
     ------
     InvalidValue
-        For recordings that cannot be of the bench, or do not suffice.
+        For recordings that cannot be of the bench, or do not suffice, and for a model of a machine.
+    TimeBudgetEnded
+        If the budget ended before the parameters of a machine were fitted.
 
     References
     ----------
@@ -130,7 +134,10 @@ def calibrate(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike,
 
     """
     if isinstance(bench, Machine):
-        return calibration_of_machine(bench, as_runs(recordings), progress, executor)
+        if model is not None:
+            raise InvalidValue("A declared machine has no model file",
+                               "Leave out `model`, and write its values into the file of the machine")
+        return calibration_of_machine(bench, as_runs(recordings), budget, progress, executor)
     if isinstance(recordings, Runs):
         raise of_machine()
     bench = bench_of(bench)

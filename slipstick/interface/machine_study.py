@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from slipstick.building import say_compilation
+from slipstick.engine.doing import Doing
 from slipstick.engine.settings import EngineSettings
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.interface.files import now, require_html, write, write_laws
@@ -209,13 +210,20 @@ class MachineCalibration(Result):
                    values["chi_square"], values["set_aside"])
 
 
-def calibration_of_machine(machine: Machine, runs: RunsLike, progress: bool | Show = True,
-                           executor: Executor | None = None) -> MachineCalibration:
+def calibration_of_machine(machine: Machine, runs: RunsLike, budget: float | str | None = None,
+                           progress: bool | Show = True, executor: Executor | None = None) -> MachineCalibration:
     """Fit the parameters of a declared machine; arguments and errors are those of `slipstick.calibrate`."""
     runs = runs if isinstance(runs, Runs) else Runs.open(runs)
+    limit, start = seconds_of(budget), time.monotonic()
     with say_compilation(), ProgressLine() as line:
         show = line.shown(progress)
-        fitted = calibrate_machine(machine, runs, log=lambda doing: show(doing.words, None), executor=executor)
+
+        def log(doing: Doing) -> None:
+            if time.monotonic() > start + limit:
+                raise TimeBudgetEnded.before(limit, "the parameters were fitted")
+            show(doing.words, None)
+
+        fitted = calibrate_machine(machine, runs, log=log, executor=executor)
     return MachineCalibration(machine.name, *fitted)
 
 

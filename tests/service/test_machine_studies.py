@@ -1,5 +1,6 @@
 """Runs of declared machines over REST: uploads, pages, orders of studies, and their results."""
 
+import shutil
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from slipstick.machine import Runs, list_experiments, open_machine, write_runs
 from slipstick.machine_studies import MachineFigures, MachineStudyResult
 from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineGap, MachineParameter
 from slipstick.storage.library import Library
+from slipstick.storage.shipped import FOLDER
 from slipstick.studies.finding import Coefficient, Law
 from tests.service.conftest import Serving, ServingJobs
 
@@ -70,6 +72,21 @@ def test_runs_are_uploaded_described_listed_and_studied(serving: Serving, tmp_pa
         assert refused.json()["errors"][0]["what"] == (
             "The key is unknown here, but known as engine.nats and settings.naming.nats; "
             "Known: catalogue, level, naming, seed")
+
+
+def test_settings_and_benches_that_have_no_meaning_are_refused(serving: Serving, tmp_path: Path, runs: Runs,
+                                                               few_recordings: Path) -> None:
+    (tmp_path / "runs.h5").write_bytes(write_runs(runs, MOTOR))
+    shutil.copy(few_recordings / "few.h5", tmp_path)
+    shutil.copy(FOLDER / "heavy.toml", tmp_path)
+    with serving(Settings(tables=tmp_path, jobs=f"sqlite:///{tmp_path}/jobs.sqlite")) as address, \
+            httpx.Client(base_url=address, timeout=60) as client:
+        for order, remedy in (({"recordings": "runs", "settings": {"level": 0.99}}, "Omit `bench` and `settings`"),
+                              ({"recordings": "runs", "bench": "heavy"}, "Omit `bench` and `settings`"),
+                              ({"recordings": "few", "engine": {"nats": 20.0}}, "Omit `engine`")):
+            refused = client.post("/v1/studies", json=order)
+            assert (refused.status_code, remedy in refused.text) == (422, True), refused.text
+        assert client.get("/v1/studies").json()["total"] == 0
 
 
 def test_a_study_of_two_runs_is_refused(serving: Serving, tmp_path: Path, runs: Runs) -> None:

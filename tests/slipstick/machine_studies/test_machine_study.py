@@ -279,6 +279,12 @@ def test_commands_do_the_same(folder: Path, tmp_path: Path, capsys: pytest.Captu
     assert "fan lag" in capsys.readouterr().out
     assert main(["study", runs, "--machine", machine, "--extended", "x.json"]) == 1
     assert "is about a bench" in capsys.readouterr().err
+    for command in (["study", runs], ["calibrate", "--recordings", runs], ["simulate"], ["build"]):
+        with pytest.raises(SystemExit):
+            main([*command, "--machine", machine, "--bench", "heavy"])
+        assert "argument --bench: not allowed with argument --machine" in capsys.readouterr().err
+    assert main(["calibrate", "--recordings", runs, "--machine", machine, "--time-budget", "0"]) == 1
+    assert "The time budget of 0 s ended before the parameters were fitted" in capsys.readouterr().err
     assert main(["study", runs, "--bench", "heavy"]) == 1
     assert "has runs of a declared machine. Give its file as --machine" in capsys.readouterr().err
     assert main(["study", str(FOLDER / "sample.h5"), "--machine", machine]) == 1
@@ -333,6 +339,8 @@ def test_runs_of_another_machine_are_refused(folder: Path) -> None:
         study_machine(Machine.open(folder / "mine.py"), runs)
     with pytest.raises(InvalidValue, match="not of a bench"):
         slipstick.study("heavy", runs)
+    with pytest.raises(InvalidValue, match="no model file"):
+        slipstick.calibrate(motor, runs, model="model.json")  # type: ignore[call-overload]
 
 
 def test_too_few_runs_are_refused(folder: Path) -> None:
