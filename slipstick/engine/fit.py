@@ -17,7 +17,8 @@ from slipstick.engine.model import State
 from slipstick.engine.part_fit import PartFit, fit_part
 from slipstick.engine.priors import Prior, adapt_priors
 from slipstick.engine.products import Products, assemble, expand
-from slipstick.engine.recordings import Pair, Recorded
+from slipstick.engine.recordings import Pair, Recorded, pose_nominal
+from slipstick.engine.trajectory import solve
 from slipstick.errors import InvalidValue
 
 _BUILDS, _STEPS, _TRIALS = 10, 10, 4
@@ -177,10 +178,21 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
             break
         state, priors, variance = following.state, following.priors, following.variance
     if best is None:
-        raise InvalidValue("The equations have no finite solution at the parameters at which a fit begins",
-                           "Check the units, signs and channels of the recordings, the nominal values of the "
-                           "parameters, and the equations at the largest inputs")
+        raise _lack_solution("The equations have no finite solution at the parameters at which a fit begins")
     return best
+
+
+def require_solutions(recorded: Recorded) -> None:
+    """Raise `InvalidValue` where the equations of a part have no finite solution at nominal parameters."""
+    for part in recorded.parts:
+        outputs = solve(pose_nominal(part)).outputs[:, :, ::part.fine]
+        if not np.isfinite(outputs[part.counted]).all():
+            raise _lack_solution(f"The equations of “{part.name}” have no finite solution at nominal parameters")
+
+
+def _lack_solution(cause: str) -> InvalidValue:
+    return InvalidValue(cause, "Check the units, signs and channels of the recordings, the nominal values of the "
+                               "parameters, and the equations at the largest inputs")
 
 
 @dataclass(frozen=True, eq=False)

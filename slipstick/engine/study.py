@@ -15,7 +15,7 @@ import numpy as np
 
 from slipstick.engine.doing import Doing, Log
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, multiply, screen
-from slipstick.engine.fit import Fit, join
+from slipstick.engine.fit import Fit, join, require_solutions
 from slipstick.engine.kinds import KindOfLaw, find_kind
 from slipstick.engine.laws import Candidate, list_candidates
 from slipstick.engine.linear_model import solve
@@ -163,6 +163,13 @@ def identify_runs(machine: Machine, runs: Runs, values: Mapping[str, float] | No
     named = _explain(machine, runs, values, executor, log, lambda recorded: identify(recorded, settings, log),
                      lambda tried: tried.unexplained)
     return replace(named, seconds=time.perf_counter() - began)
+
+
+@_TRIALS
+@in_one_blas_thread
+def require_solved(machine: Machine, runs: Runs) -> None:
+    """Raise `InvalidValue` where equations that are driven by `runs` have no finite solution at nominal parameters."""
+    require_solutions(prepare(join_loops(machine, runs), runs))
 
 
 def _explain(machine: Machine, runs: Runs, values: Mapping[str, float] | None, executor: Executor | None, log: Log,

@@ -16,7 +16,7 @@ from slipstick.interface.files import now, require_html, write, write_laws
 from slipstick.interface.finding import Law, NamedFinding
 from slipstick.interface.frames import data_frame
 from slipstick.interface.models import as_mapping
-from slipstick.interface.progress import ProgressLine, Show, TimeEnded
+from slipstick.interface.progress import ProgressLine, Show
 from slipstick.interface.result import Result
 from slipstick.machine import Machine, Runs
 from slipstick.machine_studies import MachineFigures, MachineStudyResult, study_machine
@@ -159,14 +159,14 @@ def study_of_machine(machine: Machine, runs: RunsLike, *, settings: EngineSettin
 
         def log(step: StudyProgress) -> None:
             if time.monotonic() > start + limit:
-                raise TimeEnded
+                raise TimeBudgetEnded.before(limit, "the blocks of the machine were examined")
             show(f"step {step.step} of {step.steps}: {step.doing}", step.done)
 
         try:
             result, figures = study_machine(machine, runs, chosen, log, kept.append, executor)
-        except TimeEnded:
+        except TimeBudgetEnded:
             if not kept:
-                raise TimeBudgetEnded.before(limit, "the blocks of the machine were examined") from None
+                raise
             result, figures = end_early(kept[-1], limit)
     return MachineStudy(name, chosen, result, figures, **stage_times({}, "study", begin), submitted=submitted,
                         ended=now())

@@ -1,7 +1,8 @@
 """A study by the engine as the values that reports, pictures and the service read."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Literal, get_args
 
@@ -21,9 +22,10 @@ from slipstick.engine.study import (
     ParameterEstimate,
     estimate_parameters,
     fit_parameters,
+    require_solved,
     study,
 )
-from slipstick.errors import BadRecording
+from slipstick.errors import BadRecording, SlipstickError
 from slipstick.law_files import LawTable
 from slipstick.law_files.machine_law import has_points, list_coefficients, tabulate, write_equation
 from slipstick.machine import Machine, Runs, require_runs, units_of
@@ -68,9 +70,9 @@ def study_machine(machine: Machine, runs: Runs, settings: EngineSettings | None 
     def report(doing: Doing) -> None:
         steps.report("name" if doing.step in ("fit", "search") else "confirm", doing.step, doing.words)
 
-    doubts = _tell_doubts(machine, runs, report)
-    complete = study(machine, runs, settings=settings, log=report,
-                     keep=lambda named: keep(_conclude(named, runs, doubts)), executor=executor)
+    with _doubting(machine, runs, report) as doubts:
+        complete = study(machine, runs, settings=settings, log=report,
+                         keep=lambda named: keep(_conclude(named, runs, doubts)), executor=executor)
     return _conclude(complete, runs, doubts)
 
 
@@ -89,19 +91,31 @@ def calibrate_machine(machine: Machine, runs: Runs, settings: EngineSettings | N
 
     Returns the parameters, the median reduced chi-square of each block, and the runs that are set aside.
     """
-    _tell_doubts(machine, require_runs(machine, runs), log)
-    fit = fit_parameters(machine, runs, settings, log, executor)
+    with _doubting(machine, require_runs(machine, runs), log):
+        fit = fit_parameters(machine, runs, settings, log, executor)
     aside = sorted(set(range(len(runs))) - set(fit.recorded.rows.tolist()))
     return ([_state_parameter(each, machine) for each in estimate_parameters(fit)],
             {name: float(np.median(chi)) for name, chi in fit.chi_square.items()}, aside)
 
 
-def _tell_doubts(machine: Machine, runs: Runs, log: Callable[[Doing], None]) -> list[str]:
-    """Return, and log, what may have another unit or sign in the recordings than in the machine."""
+@contextmanager
+def _doubting(machine: Machine, runs: Runs, log: Callable[[Doing], None]) -> Iterator[list[str]]:
+    """Return, and log, what may have another unit or sign in the recordings than in the machine.
+
+    Errors in the block tell it as well. Recordings that are doubtful, and with which the equations have no solution to
+    begin with, raise `InvalidValue` before anything is fitted.
+    """
     doubts = list_doubts(runs, machine, simulate_ranges(machine))
-    for doubt in doubts:
-        log(Doing("fit", f"Doubtful: {doubt}"))
-    return doubts
+    try:
+        for doubt in doubts:
+            log(Doing("fit", f"Doubtful: {doubt}"))
+        if doubts:
+            require_solved(machine, runs)
+        yield doubts
+    except SlipstickError as error:
+        if not doubts:
+            raise
+        raise type(error)(". ".join([*doubts, error.cause]), error.remedy) from error
 
 
 def end_early(studied: Studied, budget: float) -> Studied:

@@ -62,6 +62,19 @@ def test_a_study_and_a_calibration_tell_first_that_a_unit_may_be_wrong(folder: P
     assert warnings(replace(right, doubts=[doubt]))[0] == ("Doubtful recordings:", f"{doubt}.")
 
 
+def test_an_error_tells_that_a_unit_may_be_wrong_and_comes_before_anything_is_fitted(folder: Path) -> None:
+    machine, runs = Machine.open(folder / "mine.py"), read_runs(folder / "of_mine.h5").take(np.arange(6))
+    wrong = replace(runs, signals={**runs.signals, "air speed": 1000 * runs.signals["air speed"]})
+    cause = r"^air speed reaches .* Check its unit\. The equations of “plate” have no finite solution"
+    for attempt in (study_machine, calibrate_machine):
+        said = list[Any]()
+        with pytest.raises(InvalidValue, match=cause):
+            attempt(machine, wrong, log=said.append)
+        assert len(said) == 1  # the doubt
+    with pytest.raises(TimeBudgetEnded, match=r"^air speed reaches .* The time budget of 0 s ended"):
+        slipstick.study(machine, wrong, budget=0, progress=False)
+
+
 def test_own_experiments_that_fail_stop_no_calibration(folder: Path) -> None:
     machine, runs = Machine.open(folder / "mine.py"), read_runs(folder / "of_mine.h5").take(np.arange(6))
     fan, plate = machine.blocks
