@@ -7,7 +7,6 @@ from slipstick.uncertainty.fit.classic import candidate_count
 from slipstick.uncertainty.fit.search_space import search_space
 from slipstick.uncertainty.likelihood import InferenceProblem
 
-from .job_store import Queue
 from .problem_details import TooLarge
 
 # Measured on one core: 1.9e8 shifting times a second by interpolation in a table of two axes, 5.1e5 by simulation, and
@@ -30,7 +29,7 @@ def fit_cost(settings: FitSettings, problem: InferenceProblem, simulate: bool) -
     return candidates * work * len(problem.measured_time)
 
 
-def queue_of(cost: int) -> Queue:
+def queue_of(cost: int) -> str:
     """The queue of a fit: the long one if it could take more than about ten minutes on one core."""
     return "short" if cost <= _SHORT else "long"
 

@@ -9,7 +9,7 @@ from pydantic import BaseModel
 
 from slipstick.storage.library import Library
 
-from .job_store import KINDS, JobInput, JobStore
+from .job_store import KINDS, JobInput, JobStore, find_machine
 from .jobs import Job, input_of, is_of_machine, job_fields, job_id_path, output_of, store_of
 from .machines import Machines, tell_missing
 from .paging import Page
@@ -75,8 +75,8 @@ class JobKind(Generic[Entry, State]):
         elif progress is not None and job.status == "SUCCESS" and self.ends_complete:
             progress = {**progress, "done": 1.0}
         fields = vars(self.without_progress(store, job))
-        if (machine := fields.get("machine")) and fields["status"] == "queued" and not Machines(
-                store.table.engine).has_worker(machine):
+        machine = find_machine(str(job.queue_name)) if fields["status"] == "queued" else None
+        if machine is not None and not Machines(store.table.engine).has_worker(machine):
             fields["note"] = tell_missing(machine)
         return self.state.model_validate({**fields, "ahead": store.ahead(job), "progress": progress})
 

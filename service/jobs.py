@@ -17,7 +17,7 @@ from slipstick.time_budget import TimeBudgetEnded
 
 from .following import Following
 from .job_filter import ENDED, STATUS, JobFilter, Status
-from .job_store import JobInput, JobStore, Queue
+from .job_store import JobInput, JobStore, name_machine_queue
 from .problem_details import Conflict
 
 _SUBMITTING = threading.Lock()
@@ -119,8 +119,8 @@ async def job_filter(status: StatusFilter = None, recordings: RecordingsFilter =
     return JobFilter(status, since, recordings, text=text)
 
 
-Ahead = Annotated[int | None, Field(description="Number of jobs before this one in its queue, that of short or that of "
-                                                 "long jobs; null unless it is queued.")]
+Ahead = Annotated[int | None, Field(description="Number of jobs before this one in its queue, that of short jobs, of "
+                                                 "long jobs, or of its machine; null unless it is queued.")]
 
 
 def job_id_path(kind: str) -> Any:
@@ -141,16 +141,18 @@ def _example(kind: str) -> Any:
     return {f"first-{kind}": {"summary": f"The {kind} submitted by the example request", "value": f"first-{kind}"}}
 
 
-def submit(store: JobStore, key: str | None, job_input: JobInput, queue: Queue,
+def submit(store: JobStore, key: str | None, job_input: JobInput, queue: str,
            check: Callable[[], None] = lambda: None) -> WorkflowStatus:
     """Enqueue a job, or return the existing job with this key and this input; raises `Conflict`.
 
+    A job whose input names a machine is in the queue of this machine, and any other one in the `queue`.
     `check` is called before a new job, and may raise.
 
     Limits do not count, as complete results do not depend on them. A job that it has ended is replaced:
     its result depends on the clock, and is not used again.
     """
     id = key or str(uuid.uuid4())
+    queue = name_machine_queue(job_input["machine"]) if job_input.get("machine") else queue
     with _SUBMITTING:
         if not store.has(id):
             check()

@@ -15,7 +15,7 @@ from .computations import Computations
 from .following import Following
 from .heartbeats import Heartbeats
 from .job_filter import STATUS
-from .job_store import KINDS
+from .job_store import KINDS, QUEUES
 from .job_table import JobTable
 
 _SECONDS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30, 100, 300)
@@ -67,11 +67,11 @@ class StateMetrics(Collector):
     def _jobs(self) -> Iterator[Metric]:
         jobs = GaugeMetricFamily("slipstick_jobs", "Jobs by kind and status", labels=("kind", "status"))
         counts: Counter[tuple[str, str]] = Counter()
-        queues: Counter[str] = Counter(short=0, long=0)
+        queues: Counter[str] = Counter({**dict.fromkeys(QUEUES, 0), "machine": 0})
         for kind, state, queue, number in self.table.states():
             counts[kind, STATUS[state]] += number
             if STATUS[state] == "queued" and queue:
-                queues[queue] += number
+                queues[queue if queue in QUEUES else "machine"] += number
         for kind in KINDS:
             for status in dict.fromkeys(STATUS.values()):
                 jobs.add_metric((kind, status), counts[kind, status])

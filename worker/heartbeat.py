@@ -50,9 +50,9 @@ def take_over(engine: Engine) -> list[str]:
         names = connection.execute(text(f"SELECT name FROM slipstick_workers WHERE {is_dead}")).scalars().all()
     left = DBOS.list_workflows(executor_id=list(names), status="PENDING", load_input=False,
                                load_output=False) if names else []
-    for queue in QUEUES:
-        if waiting := [job.workflow_id for job in left if (job.queue_name or QUEUES[0]) == queue]:
-            DBOS.resume_workflows(waiting, queue_name=queue)
+    for queue in {job.queue_name or QUEUES[0] for job in left}:
+        DBOS.resume_workflows([job.workflow_id for job in left if (job.queue_name or QUEUES[0]) == queue],
+                              queue_name=queue)
     ids = [job.workflow_id for job in left]
     if ids:
         print(f"Took over {', '.join(ids)} from {', '.join(names)}", flush=True)

@@ -1,4 +1,4 @@
-"""`work`: run the jobs submitted to the service, one short and one long job at a time."""
+"""`work`: run the jobs submitted to the service, one short, one long and one of each machine at a time."""
 
 import argparse
 import logging
@@ -7,6 +7,7 @@ import signal
 import socket
 import subprocess
 import sys
+from collections import defaultdict
 from multiprocessing import resource_tracker
 from pathlib import Path
 
@@ -83,13 +84,17 @@ def run(arguments: argparse.Namespace) -> int:
         rehearse = [sys.executable, "-m", f"{__package__}.rehearsal"]
         rehearsal = None if arguments.no_compile else subprocess.Popen(rehearse)
         modules = tuple(f"{__package__}.{kind}_steps" for kind in ("fit", "study", "calibration", "build"))
-        computers = {queue: Computer(arguments.tables, modules) for queue in jobs.QUEUES}
+        queues = *jobs.QUEUES, *(jobs.name_machine_queue(each.name) for each in known)
+        computers = defaultdict[str, Computer](lambda: Computer(arguments.tables, modules))
+        for queue in jobs.QUEUES:  # those of machines start with their first job
+            _ = computers[queue]
         fit_job.register(computers, simulators)
         study_job.register(computers, declared, arguments.dask)
         calibration_job.register(computers, declared, arguments.dask)
         build_job.register(computers, simulators)
+        DBOS.listen_queues(queues)
         DBOS.launch()
-        for queue in jobs.QUEUES:
+        for queue in queues:
             DBOS.register_queue(queue, worker_concurrency=1, polling_interval_sec=0.2)
         heartbeat.start(engine, name, lock)
         known_machines.tell(engine, name, known)

@@ -23,7 +23,7 @@ from ..job_filter import ENDED, JobFilter
 from ..job_kind import JobKind
 from ..job_store import JobStore
 from ..jobs import Progress, finished_job, is_of_machine, is_partial, output_of
-from ..machines import tell_missing
+from ..machines import MISSING
 from ..routes.builds import BUILDS
 from ..routes.calibrations import CALIBRATIONS
 from ..routes.fits import FITS
@@ -113,7 +113,7 @@ def page_of(job: Listed) -> str:
 
 def lacks_machine(job: Active) -> bool:
     """Return whether a job waits for a worker that has its machine."""
-    return job.note == tell_missing(str(getattr(job, "machine", None)))
+    return (job.note or "").startswith(MISSING)
 
 
 def describe_progress(job: Active) -> str:

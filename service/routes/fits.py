@@ -20,7 +20,7 @@ from ..fit_cost import fit_cost, queue_of, require_cost
 from ..fit_schemas import Fit, FitList, FitRequest, FitResult, FitWithProgress
 from ..job_filter import JobFilter
 from ..job_kind import JobKind
-from ..job_store import JobInput, JobStore, Queue
+from ..job_store import JobInput, JobStore, name_machine_queue
 from ..jobs import (
     bench_input,
     idempotency_key_header,
@@ -68,7 +68,7 @@ def submit_fit(body: Annotated[FitRequest, Body(examples=[_EXAMPLE])], library: 
     return FITS.with_progress(store, fit)
 
 
-def _job(library: Library, body: FitRequest, most_values: int) -> tuple[JobInput, Queue]:
+def _job(library: Library, body: FitRequest, most_values: int) -> tuple[JobInput, str]:
     """Return the input of the worker and the queue, after checks that reject a fit that would fail later."""
     table, recordings = library.table(body.table), library.measured(body.recordings)
     parameters = body.parameters or [axis.name for axis in table.axes]
@@ -94,6 +94,8 @@ def _job(library: Library, body: FitRequest, most_values: int) -> tuple[JobInput
         "recordings": body.recordings, "recordings_digest": recordings.digest,
         "outside": body.outside, "settings": settings.to_dict(), "time_budget": body.time_budget,
         **bench_input(library, bench)}))
+    if body.simulate and isinstance(table.model, BlackBoxDescription):
+        return job_input, name_machine_queue(table.model.title)
     return job_input, queue_of(cost)
 
 

@@ -96,7 +96,8 @@ def test_metrics_count_jobs_workers_and_places(client: httpx.Client) -> None:
         found = samples(client)
     expected = {("slipstick_jobs", "fit", "queued"): 1, ("slipstick_jobs", "study", "queued"): 1,
                 ("slipstick_jobs", "study", "cancelled"): 1, ("slipstick_jobs", "study", "done"): 0,
-                ("slipstick_queue_jobs", "short"): 1, ("slipstick_queue_jobs", "long"): 1, ("slipstick_workers",): 0,
+                ("slipstick_queue_jobs", "short"): 1, ("slipstick_queue_jobs", "long"): 1,
+                ("slipstick_queue_jobs", "machine"): 0, ("slipstick_workers",): 0,
                 ("slipstick_followers",): 1, ("slipstick_computations_running",): 0,
                 ("slipstick_computations_limit",): 2, ("slipstick_jobs_up",): 1}
     assert {key: found[key] for key in expected} == expected
