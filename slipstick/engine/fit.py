@@ -157,11 +157,11 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
     for _ in range(_BUILDS):
         models = {part.name: fit_part(recorded, part, state, laws) for part in recorded.parts}
         solved = _solve(recorded, models, laws, priors, variance, state)
-        if solved is None:
+        if solved is None or not np.isfinite(evidence := solved.evidence):  # squares may overflow where values do not
             break
         released = {name: model.release() for name, model in models.items()}
         current = Fit(recorded, dict(laws), solved.priors, solved.state, released, solved.products, solved.fitted,
-                      solved.turn, solved.evidence, solved.promised, abs(solved.promised) < settled)
+                      solved.turn, evidence, solved.promised, abs(solved.promised) < settled)
         if current.converged:  # at the fixed point, and not where steps to it happened to pass
             return current
         worse += 1

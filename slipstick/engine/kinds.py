@@ -6,6 +6,7 @@ that its evidence compares with that of the law: a law that no kind explains as 
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +18,7 @@ from slipstick.engine.linear_model import estimate, restricted_likelihood
 from slipstick.engine.measured_law import DEVIATIONS
 from slipstick.engine.priors import Prior
 from slipstick.engine.recordings import Pair
+from slipstick.errors import InvalidValue
 from slipstick.machine.kinds import MEMORIES, Kind
 
 _WIDE = 3.0
@@ -66,7 +68,10 @@ def find_kind(fit: Fit, pair: Pair) -> KindOfLaw | None:
                                     fit.recorded.machine.kinds_of(pair)))
     weighed = [(forms[0], family) for family in families if (forms := _weigh_all(fit, pair, family, reach))]
     weighed.sort(key=lambda each: -each[0].nats)
-    tried = [(_fit_form(fit, pair, each.form, reach), family) for each, family in weighed[:_MOST]]
+    tried = list[tuple[Fit, _Family]]()
+    for each, family in weighed[:_MOST]:
+        with suppress(InvalidValue):  # a form from which the equations have no finite solution is none of the law
+            tried.append((_fit_form(fit, pair, each.form, reach), family))
     if not tried:
         return None
     best = max(each.evidence for each, _ in tried)

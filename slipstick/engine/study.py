@@ -8,6 +8,7 @@ told by runs that it was not fitted to: their coefficients are those of all othe
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -27,6 +28,7 @@ from slipstick.engine.recordings import Pair, Recorded
 from slipstick.engine.selection import Finding, Identification, fit_bare, identify, list_unexplained, settle
 from slipstick.engine.settings import EngineSettings
 from slipstick.engine.simulation import simulate
+from slipstick.errors import InvalidValue
 from slipstick.machine.declaration import Machine
 from slipstick.machine.digest import digest
 from slipstick.machine.kinds import KINDS
@@ -236,8 +238,9 @@ def _confirm(machine: Machine, runs: Runs, values: Mapping[str, float] | None, n
     estimated = replace(start, laws={**bare.state.laws, **{pair: blocks.state.laws[pair] for pair in laws}})
     priors = {pair: blocks.priors[pair] for pair in laws}
     # From the optimum without the laws, and from what the blocks have estimated: the better one.
-    with_laws = max((bare.beside(laws, priors, state) for state in (estimated, bare.state)),
-                    key=lambda each: each.evidence)
+    with_laws = bare.beside(laws, priors, bare.state)
+    with suppress(InvalidValue):  # by laws of blocks, which were driven by recordings, the whole may grow without bound
+        with_laws = max(bare.beside(laws, priors, estimated), with_laws, key=lambda each: each.evidence)
     gains, without = hold_out(with_laws.fitted) - hold_out(bare.fitted), _excess(bare)
     expected = np.sqrt(sum(expect(with_laws, law) ** 2 for law in laws.values()))
     control = _choose_control(bare, list(candidates.values()), named.findings)

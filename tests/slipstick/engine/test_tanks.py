@@ -66,6 +66,14 @@ def test_a_leak_of_a_tank_is_named_first_and_alone(name: str) -> None:
     assert not answer.unexplained
 
 
+def test_a_kind_with_which_the_equations_have_no_solution_leaves_the_law_as_it_was_measured() -> None:
+    fit, pair = identified("most").fits[0], ("leak 1", "level 1")
+    overflowing = replace(fit, recorded=replace(fit.recorded, parts=tuple(
+        replace(part, parameters={name: np.nan * value for name, value in part.parameters.items()})
+        for part in fit.recorded.parts)))
+    assert find_kind(overflowing, pair) is None
+
+
 def test_a_leak_shows_in_the_runs_that_have_it() -> None:
     gains, leaking = identified("a sixth").findings[0].gains, record("a sixth")[1]
     assert leaking.sum() == 5
