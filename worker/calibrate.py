@@ -8,7 +8,7 @@ from slipstick.errors import InvalidValue
 from slipstick.interface.calibrate import calibrate
 from slipstick.interface.progress import ProgressLine
 from slipstick.machine import Machine, Runs
-from slipstick.report.machine_study import parameter_table
+from slipstick.report.machine_study import tabulate_parameters
 
 from .bench_option import add_bench_or_machine_argument, open_recordings
 from .executors import add_dask_argument, cluster_at
@@ -64,7 +64,8 @@ def _calibrate_machine(arguments: argparse.Namespace) -> int:
         result = calibrate(Machine.open(arguments.machine), Runs.open(arguments.recordings),
                            budget=arguments.time_budget, progress=line.step, executor=executor)
     print("\n".join(result.summary()))
-    print(plain_table(*parameter_table(result.parameters)))
+    table = tabulate_parameters(result.parameters)
+    print(plain_table(table.head, table.rows, table.words))
     if arguments.out:
         print(f"Wrote {result.save(arguments.out)}")
     return 0

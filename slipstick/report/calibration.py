@@ -12,7 +12,7 @@ from slipstick.pictures.units import fixed, number, scale, with_unit
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.report import markup
 from slipstick.report.doubts import LARGE_CHI_SQUARE
-from slipstick.report.machine_study import parameter_table
+from slipstick.report.machine_study import tabulate_parameters
 from slipstick.report.shell import document, figures, home_of, provenance, tell_facts, tell_recordings
 from slipstick.report.words import signed
 
@@ -161,13 +161,13 @@ def _machine_page(job: Mapping[str, Any], output: Mapping[str, Any]) -> str:
     fitted = [MachineParameter(**each) for each in result["parameters"]]
     lead, *limits = machine_calibration_summary(result["machine"], fitted, result["chi_square"], result["set_aside"])
     chi_square = [(name, f"{value:.2f}") for name, value in result["chi_square"].items()]
-    head, rows = parameter_table(fitted)
+    table = tabulate_parameters(fitted)
     title = f"Parameters of the machine {result['machine']} from “{job['recordings']}”"
     warnings = [(f"{words.partition(':')[0]}:", words.partition(": ")[2]) for words in limits]
     if _leaves_much(result["chi_square"]):
         warnings.append(("An effect is missing:", " ".join(_MISSING)))
     return document("calibration to", job["recordings"], title, warnings, [
-        markup.section("Parameters", markup.table(head, rows, words=(len(head) - 1,))),
+        markup.section("Parameters", markup.table(table.head, table.rows, table.words)),
         markup.section("Blocks", markup.table(("block", "reduced chi-square"), chi_square)),
         provenance(job, output, [*_sources(job), ("machine", result["machine"])])],
         facts=[markup.paragraph(lead, "lead"), tell_facts(job, [f"Machine {result['machine']}", tell_recordings(job)])],

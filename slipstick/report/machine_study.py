@@ -400,12 +400,11 @@ def _describe_gap(result: MachineStudyResult) -> Section:
 
 
 def _list_parameters(result: MachineStudyResult) -> Section:
-    head, rows = parameter_table(result.parameters)
-    return Section("Parameters", [Table(head, rows, words=(len(head) - 1,))] if rows else [])
+    return Section("Parameters", [tabulate_parameters(result.parameters)] if result.parameters else [])
 
 
-def parameter_table(parameters: Sequence[MachineParameter]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return head and rows of a table of parameters, with their means without the findings where there are any."""
+def tabulate_parameters(parameters: Sequence[MachineParameter]) -> Table:
+    """Return a table of parameters, with their means without the findings where there are any."""
     has_before = any(each.before is not None for each in parameters)
     rows: list[tuple[str, ...]] = []
     for each in parameters:
@@ -417,7 +416,14 @@ def parameter_table(parameters: Sequence[MachineParameter]) -> tuple[tuple[str, 
                      units.with_unit(units.number(each.scatter, 2), unit),
                      _BEYOND if each.beyond else "" if each.determined else NOT_DETERMINED))
     means = ("mean without", "mean with the findings") if has_before else ("mean",)
-    return ("parameter", "declared", *means, f"{100 * LEVEL:.0f} % interval", "scatter between runs", "remark"), rows
+    return _remark(("parameter", "declared", *means, f"{100 * LEVEL:.0f} % interval", "scatter between runs"), rows)
+
+
+def _remark(head: tuple[str, ...], rows: list[tuple[str, ...]], words: tuple[int, ...] = ()) -> Table:
+    """Return a table of rows that end in a remark, without a column of these where all are empty."""
+    if any(row[-1] for row in rows):
+        return Table((*head, "remark"), rows, (*words, len(head)))
+    return Table(head, [row[:-1] for row in rows], words)
 
 
 def _list_blocks(result: MachineStudyResult) -> Section:
@@ -425,8 +431,8 @@ def _list_blocks(result: MachineStudyResult) -> Section:
         (block.name, block.signals, f"{block.before:.2f}", f"{block.chi_square:.2f}",
          ", ".join(word for word, is_so in (("unexplained", block.unexplained), ("not converged", not block.converged))
                    if is_so)) for block in result.blocks]
-    head = ("block", "reads → gives", "without findings", "with", "remark")
+    head = ("block", "reads → gives", "without findings", "with")
     notes = [Note("Median over the runs of the reduced chi-square: 1 if only noise is left."), *(
         Note(f"The blocks {listed([f'“{name}”' for name in block.joined])} read each other's signals, which are "
              "simulated together: they are one block here.") for block in result.blocks if block.joined)]
-    return Section("Blocks", [Table(head, rows, words=(1, 4)), *notes])
+    return Section("Blocks", [_remark(head, rows, words=(1,)), *notes])

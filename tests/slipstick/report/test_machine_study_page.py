@@ -5,7 +5,7 @@ from dataclasses import replace
 from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineParameter, MachineStudyResult, Rival
 from slipstick.machine_studies.words import answer, name_finding
 from slipstick.pictures.study.words import argument
-from slipstick.report.machine_study import advise, parameter_table, sections, tell_evidence, warnings
+from slipstick.report.machine_study import advise, sections, tabulate_parameters, tell_evidence, warnings
 from slipstick.report.study.parts import Items, Table
 from slipstick.studies.finding import Coefficient, Law
 
@@ -127,8 +127,26 @@ def test_the_verdict_tells_which_findings_are_sure() -> None:
 def test_an_interval_without_width_at_a_bound_is_left_out() -> None:
     dry, = make_result().parameters
     narrow = replace(dry, value=0.029, lower=0.028999, upper=0.029001, beyond=True)
-    _, rows = parameter_table([narrow, replace(narrow, beyond=False), replace(dry, beyond=True)])
-    assert [row[3] for row in rows] == ["–", "0.02900 to 0.02900 N m", "0.02800 to 0.03000 N m"]
+    table = tabulate_parameters([narrow, replace(narrow, beyond=False), replace(dry, beyond=True)])
+    assert [row[3] for row in table.rows] == ["–", "0.02900 to 0.02900 N m", "0.02800 to 0.03000 N m"]
+
+
+def test_a_column_of_remarks_is_left_out_where_all_are_empty() -> None:
+    result = make_result()
+
+    def tabulate(title: str, shown: MachineStudyResult) -> Table:
+        section = next(each for each in sections(shown, []) if each.title == title)
+        return next(part for part in section.parts if isinstance(part, Table))
+
+    parameters = [replace(each, determined=True, beyond=False) for each in result.parameters]
+    plain = replace(result, parameters=parameters, blocks=[replace(each, unexplained=False) for each in result.blocks])
+    marked = replace(plain, parameters=[*parameters[1:], replace(parameters[0], beyond=True)],
+                     blocks=[replace(result.blocks[0], unexplained=True), *plain.blocks[1:]])
+    for title in ("Parameters", "Blocks"):
+        without, having = tabulate(title, plain), tabulate(title, marked)
+        assert (*without.head, "remark") == having.head
+        assert {len(row) for row in without.rows} == {len(without.head)}
+        assert having.words == (*without.words, len(without.head))
 
 
 def test_few_runs_are_warned_about_and_a_shape_of_a_grid_has_no_interval() -> None:
