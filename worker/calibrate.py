@@ -11,7 +11,7 @@ from slipstick.machine import Machine, Runs
 from slipstick.report.machine_study import tabulate_parameters
 
 from .bench_option import add_bench_or_machine_argument, open_recordings
-from .executors import add_dask_argument, cluster_at
+from .executors import add_dask_argument, cluster_at, refuse_dask
 from .orders import add_time_budget_argument
 from .program import command_line
 from .study_text import plain_table
@@ -39,6 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Calibrate, print the result, and write it unless a parameter is at a bound."""
     if arguments.machine is not None:
         return _calibrate_machine(arguments)
+    refuse_dask(arguments)
     bench = Bench.open(arguments.bench)
     path = arguments.recordings or (_MEASURED if _MEASURED.is_file() else Path("sample"))
     recordings = open_recordings(bench, path, arguments.signals)

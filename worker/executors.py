@@ -22,6 +22,12 @@ def add_dask_argument(parser: argparse.ArgumentParser, computed: str = "simulate
                              "variable SLIPSTICK_DASK; docs/operations.md)")
 
 
+def refuse_dask(arguments: argparse.Namespace) -> None:
+    """Raise `InvalidValue` for the option beside a bench; the environment variable may be meant for other commands."""
+    if arguments.dask not in (None, os.environ.get("SLIPSTICK_DASK")):
+        raise InvalidValue("--dask is about many runs of a declared machine, not about a bench", "Leave it out")
+
+
 @contextmanager
 def cluster_at(dask: str | None, file: BlackBox | None = None) -> Iterator[Cluster | None]:
     """The cluster at the address `dask`, None without one; raises `InvalidValue`, also where it is lost in the block.

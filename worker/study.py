@@ -15,7 +15,7 @@ from slipstick.studies import StudySettings
 from slipstick.time_budget import TimeBudgetEnded
 
 from .bench_option import add_bench_or_machine_argument, open_recordings, refuse_bench_options
-from .executors import add_dask_argument, cluster_at
+from .executors import add_dask_argument, cluster_at, refuse_dask
 from .orders import add_time_budget_argument
 from .program import command_line
 from .study_text import machine_study_text, study_text
@@ -50,6 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise InvalidValue(f"'{arguments.laws}' is a file", "Give --laws the name of a folder")
     if arguments.machine is not None:
         return _study_machine(arguments)
+    refuse_dask(arguments)
     settings = read_settings(arguments.settings) if arguments.settings else StudySettings()
     bench = Bench.open(arguments.bench)
     recordings = open_recordings(bench, arguments.recordings, arguments.signals)

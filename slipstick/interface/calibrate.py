@@ -16,6 +16,7 @@ from slipstick.interface.machine_study import (
     as_runs,
     calibration_of_machine,
     of_machine,
+    refuse_executor,
 )
 from slipstick.interface.models import BenchLike, ModelLike, RecordingsLike, bench_of, model_of, recordings_of
 from slipstick.interface.progress import ProgressLine, Show
@@ -114,7 +115,7 @@ def calibrate(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike,
     progress : bool or callable, optional
         Whether to show the iterations in a terminal or notebook, or a function of a text and a share.
     executor : concurrent.futures.Executor, optional
-        What computes with many runs of a machine, as for `study`. Of a bench, it has no meaning.
+        What computes with many runs of a machine, as for `study`. A calibration of a bench takes none.
 
     Returns
     -------
@@ -124,7 +125,8 @@ def calibrate(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike,
     Raises
     ------
     InvalidValue
-        For recordings that cannot be of the bench, or do not suffice, and for a model of a machine.
+        For recordings that cannot be of the bench, or do not suffice, for a model of a machine, and for an executor
+        beside a bench.
     TimeBudgetEnded
         If the budget ended before the parameters of a machine were fitted.
 
@@ -140,6 +142,7 @@ def calibrate(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike,
         return calibration_of_machine(bench, as_runs(recordings), budget, progress, executor)
     if isinstance(recordings, Runs):
         raise of_machine()
+    refuse_executor(executor)
     bench = bench_of(bench)
     recordings = recordings_of(bench, recordings)
     with ProgressLine() as line:

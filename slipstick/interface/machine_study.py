@@ -244,6 +244,12 @@ def of_machine() -> InvalidValue:
     return InvalidValue("Runs of a declared machine are not of a bench", "Give slipstick.Machine.open(FILE)")
 
 
+def refuse_executor(executor: Executor | None) -> None:
+    """Raise `InvalidValue` for an executor that is given with a bench."""
+    if executor is not None:
+        raise InvalidValue("An executor computes with runs of a declared machine, not with a bench", "Leave it out")
+
+
 def settings_of(values: Mapping[str, Any]) -> EngineSettings:
     """Return settings from JSON; raises `UnknownName` and `InvalidValue`."""
     known = asdict(EngineSettings())

@@ -14,7 +14,14 @@ from slipstick.interface.files import now, require_html, write, write_laws
 from slipstick.interface.finding import Law, NamedFinding
 from slipstick.interface.fit import Fit
 from slipstick.interface.frames import data_frame
-from slipstick.interface.machine_study import MachineStudy, RunsLike, as_runs, of_machine, study_of_machine
+from slipstick.interface.machine_study import (
+    MachineStudy,
+    RunsLike,
+    as_runs,
+    of_machine,
+    refuse_executor,
+    study_of_machine,
+)
 from slipstick.interface.models import BenchLike, RecordingsLike, as_mapping, bench_of, recordings_of
 from slipstick.interface.progress import ProgressLine, Show, TimeEnded
 from slipstick.interface.rehearsal import compile_study
@@ -194,7 +201,7 @@ def study(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike, *,
         Name of the recordings in reports.
     executor : concurrent.futures.Executor, optional
         What computes with many runs of a machine, in chunks: such as `client.get_executor(pure=False)` of a
-        `dask.distributed.Client`. By default the threads of this process. Of a bench, it has no meaning.
+        `dask.distributed.Client`. By default the threads of this process. A study of a bench takes none.
 
     Returns
     -------
@@ -204,7 +211,8 @@ def study(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike, *,
     Raises
     ------
     InvalidValue
-        For recordings that cannot be of the bench or say too little, and for settings out of range.
+        For recordings that cannot be of the bench or say too little, for settings out of range, and for an executor
+        beside a bench.
     TimeBudgetEnded
         If the budget ended before there was anything to show.
 
@@ -215,6 +223,7 @@ def study(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike, *,
                                 name=name, executor=executor, **changed)
     if isinstance(recordings, Runs):
         raise of_machine()
+    refuse_executor(executor)
     bench = bench_of(bench)
     recordings = recordings_of(bench, recordings)
     chosen = StudySettings.from_dict({**as_mapping(settings), **changed})

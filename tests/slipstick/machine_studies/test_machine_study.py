@@ -4,6 +4,7 @@ import base64
 import json
 import re
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -298,6 +299,10 @@ def test_commands_do_the_same(folder: Path, tmp_path: Path, capsys: pytest.Captu
         assert "argument --bench: not allowed with argument --machine" in capsys.readouterr().err
     assert main(["calibrate", "--recordings", runs, "--machine", machine, "--time-budget", "0"]) == 1
     assert "The time budget of 0 s ended before the parameters were fitted" in capsys.readouterr().err
+    for command in (["study", "sample"], ["calibrate"]):
+        assert main([*command, "--dask", "tcp://127.0.0.1:1"]) == 1
+        assert "--dask is about many runs of a declared machine, not about a bench. Leave it out." in (
+            capsys.readouterr().err)
     assert main(["study", runs, "--bench", "heavy"]) == 1
     assert "has runs of a declared machine. Give its file as --machine" in capsys.readouterr().err
     assert main(["study", str(FOLDER / "sample.h5"), "--machine", machine]) == 1
@@ -352,6 +357,10 @@ def test_runs_of_another_machine_are_refused(folder: Path) -> None:
         study_machine(Machine.open(folder / "mine.py"), runs)
     with pytest.raises(InvalidValue, match="not of a bench"):
         slipstick.study("heavy", runs)
+    with ThreadPoolExecutor() as executor:
+        for function in (slipstick.study, slipstick.calibrate):
+            with pytest.raises(InvalidValue, match="not with a bench"):
+                function("heavy", "sample", executor=executor)  # type: ignore[operator]
     with pytest.raises(InvalidValue, match="no model file"):
         slipstick.calibrate(motor, runs, model="model.json")  # type: ignore[call-overload]
 
