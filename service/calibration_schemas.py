@@ -85,6 +85,8 @@ class DeclaredCalibration(BaseModel):
     chi_square: dict[str, float] = Field(description="Median reduced chi-square of each block; 1 if only noise is "
                                                      "left.")
     set_aside: list[int] = Field(description="Runs, numbered from 0, that are far worse than all others and not used.")
+    run_names: list[str] = Field(default=[], description="Where each run is from, by its number, such as the file; "
+                                                         "empty where the recordings do not say so.")
 
 
 class FinishedCalibration(BaseModel):

@@ -40,7 +40,7 @@ class Course:
     """What recordings of any machine have over time: `signals` and `commands` (n, k) at `time` (k,) in s, and `units`.
 
     `levels` and `results` (n,) are constant in each run: the conditions, and what was measured once. `instants` (n,)
-    are in s. A run is called by a `word`.
+    are in s. A run is called by a `word`, and by its name where `names` are known.
     """
 
     word: str
@@ -54,6 +54,7 @@ class Course:
     conditions: Mapping[str, Sequence[float]]
     instants: Mapping[str, np.ndarray] = field(default_factory=dict)
     lowest: Mapping[str, float] = field(default_factory=dict)
+    names: Sequence[str] = ()
 
 
 def recordings_page(name: str, recordings: Recordings | Measurements | Runs, about: str, run: int,
@@ -98,7 +99,7 @@ def _course_of(recordings: Recordings | Measurements | Runs) -> Course:
         return Course("run", len(recordings), recordings.time, {**recordings.signals, **over_time},
                       recordings.commands, recordings.units, constants, constants,
                       {f"{entry} [{recordings.units.get(entry, '1')}]": values.tolist()
-                       for entry, values in constants.items()})
+                       for entry, values in constants.items()}, names=recordings.names)
     conditions = columns(recordings.conditions)
     if isinstance(recordings, Measurements):
         output = recordings.output
@@ -131,7 +132,7 @@ def _shown_run(recordings: Recordings | Measurements | Runs, course: Course, run
         parts += [paragraph("; ".join(flawed) or "No gap, no spike and no saturation in any signal.",
                             "flawed" if flawed else "note"),
                   draw_panels(drawings, _panels(course, run), "run", recordings.digest, str(run))]
-    title = f"{course.word.capitalize()} {run}"
+    title = f"{course.word.capitalize()} {run}" + (f": {course.names[run]}" if course.names else "")
     return (f'<section id="run" aria-labelledby="run-title">\n<h2 id="run-title">{escape(title)}</h2>\n'
             + "\n".join(parts) + "\n</section>")
 

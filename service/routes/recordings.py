@@ -78,6 +78,8 @@ class RunsDescription(BaseModel):
     description: str = Field(description="Description stored in the file.")
     machine: str = Field(description="Name of the machine, of which a worker needs the file to study the runs.")
     runs: int = Field(description="Number of runs.")
+    names: list[str] = Field(description="Where each run is from, such as the file; empty where the recordings do not "
+                                         "say so.")
     samples: int = Field(description="Number of samples of each signal in each run.")
     start: float = Field(description="Time of the first sample in s.")
     end: float = Field(description="Time of the last sample in s.")
@@ -91,6 +93,7 @@ class RunsDescription(BaseModel):
     def of(cls, name: str, runs: Runs) -> "RunsDescription":
         """The runs `name` as the service describes them."""
         return cls(name=name, digest=runs.digest, description=runs.description, machine=runs.machine, runs=len(runs),
+                   names=list(runs.names),
                    samples=len(runs.time), start=runs.time[0], end=runs.time[-1], signals=list(runs.signals),
                    commands=list(runs.commands), channels=list(runs.channels), units=dict(runs.units),
                    conditions={name: values.tolist() for name, values in runs.conditions.items()})

@@ -245,7 +245,7 @@ def _make_runs(kept: Sequence[RunExcerpt], window: Window, mapping: MachineMap, 
         {name: _join([_corners(given.known().around(0.0, window.end, 0.0), _is_held(name, given, mapping), window.step)
                       for given in (excerpt.commands[name] for excerpt in kept)]) for name in mapping.commands},
         conditions, {**further, **numbers, **begins}, order, units, machine.name,
-        mapping.description or f"Imported by {mapping.name}")
+        mapping.description or f"Imported by {mapping.name}", tuple(excerpt.label for excerpt in kept))
 
 
 def _align_further(tracks: Sequence[Track], window: Window, gap: float | None) -> np.ndarray:

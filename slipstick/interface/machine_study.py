@@ -4,7 +4,7 @@ import json
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -22,6 +22,7 @@ from slipstick.machine import Machine, Runs
 from slipstick.machine_studies import MachineFigures, MachineStudyResult, study_machine
 from slipstick.machine_studies.result import MachineFinding, MachineParameter, Rival
 from slipstick.machine_studies.study import Studied, calibrate_machine, end_early, law_table
+from slipstick.machine_studies.words import name_run
 from slipstick.pictures.machine_study import LEVEL, machine_pictures
 from slipstick.pictures.theme import Spec
 from slipstick.recordings import Recordings
@@ -176,7 +177,8 @@ def study_of_machine(machine: Machine, runs: RunsLike, *, settings: EngineSettin
 class MachineCalibration(Result):
     """The parameters of a declared machine, fitted to recorded runs, with 95 % intervals and scatter between runs.
 
-    `chi_square` is the median reduced chi-square of each block, 1 if only noise is left.
+    `chi_square` is the median reduced chi-square of each block, 1 if only noise is left. Runs are numbered as recorded,
+    and have names where the recordings say where they are from.
     """
 
     kind: ClassVar[str] = "machine calibration"
@@ -185,10 +187,12 @@ class MachineCalibration(Result):
     parameters: list[MachineParameter]
     chi_square: dict[str, float]
     set_aside: list[int]
+    run_names: list[str] = field(default_factory=list)
 
     def summary(self) -> list[str]:
         """What each block leaves, and what is not determined or outside of its declaration."""
-        return machine_calibration_summary(self.machine, self.parameters, self.chi_square, self.set_aside)
+        return machine_calibration_summary(self.machine, self.parameters, self.chi_square,
+                                           [name_run(run, self.run_names) for run in self.set_aside])
 
     def pictures(self) -> dict[str, tuple[Spec, str]]:
         """None: parameters of different units have no common axis."""
@@ -201,13 +205,13 @@ class MachineCalibration(Result):
     def to_dict(self) -> dict[str, Any]:
         """The calibration as JSON."""
         return {"machine": self.machine, "parameters": [asdict(each) for each in self.parameters],
-                "chi_square": self.chi_square, "set_aside": self.set_aside}
+                "chi_square": self.chi_square, "set_aside": self.set_aside, "run_names": self.run_names}
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> "MachineCalibration":
         """The calibration whose `to_dict` is `values`."""
         return cls(values["machine"], [MachineParameter(**each) for each in values["parameters"]],
-                   values["chi_square"], values["set_aside"])
+                   values["chi_square"], values["set_aside"], values.get("run_names", []))
 
 
 def calibration_of_machine(machine: Machine, runs: RunsLike, budget: float | str | None = None,
@@ -224,7 +228,7 @@ def calibration_of_machine(machine: Machine, runs: RunsLike, budget: float | str
             show(doing.words, None)
 
         fitted = calibrate_machine(machine, runs, log=log, executor=executor)
-    return MachineCalibration(machine.name, *fitted)
+    return MachineCalibration(machine.name, *fitted, list(runs.names))
 
 
 def _frame(parameters: Sequence[MachineParameter]) -> Any:

@@ -58,7 +58,8 @@ class Runs:
 
     `signals` (n, k) are measured, `commands` are profiles, `conditions` (n,) are stated. `channels` are further
     recorded constants (n,) or signals (n, k), and `order` (n,) is the order of the runs, where it is known. `units` are
-    those of all of them by name, as far as they are known, and `machine` is the name of the machine.
+    those of all of them by name, as far as they are known, and `machine` is the name of the machine. `names` say where
+    each run is from, such as from which file; there are none where that is not known.
     """
 
     time: np.ndarray
@@ -70,6 +71,7 @@ class Runs:
     units: Mapping[str, str] = field(default_factory=dict)
     machine: str = ""
     description: str = ""
+    names: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(next(iter(self.signals.values())))
@@ -81,7 +83,8 @@ class Runs:
 
         commands = {name: Profile(each.time[rows], each.value[rows]) for name, each in self.commands.items()}
         return replace(self, signals=chosen(self.signals), commands=commands, conditions=chosen(self.conditions),
-                       channels=chosen(self.channels), order=None if self.order is None else self.order[rows])
+                       channels=chosen(self.channels), order=None if self.order is None else self.order[rows],
+                       names=tuple(np.array(self.names, object)[rows]) if self.names else ())
 
     @classmethod
     def open(cls, path: Path | str) -> "Runs":

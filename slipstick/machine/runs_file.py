@@ -9,7 +9,7 @@ import numpy as np
 from slipstick.errors import BadRecording
 from slipstick.machine.declaration import Machine, identifier_of
 from slipstick.machine.runs import Profile, Runs
-from slipstick.storage.hdf5 import Source, reading, text
+from slipstick.storage.hdf5 import Source, reading, text, texts
 from slipstick.storage.isolated import require_readable
 
 MARK = "runs_of"
@@ -39,6 +39,8 @@ def write_runs(runs: Runs, machine: Machine | None = None) -> bytes:
             put(f"commands/{name}/value", profile.value, units.get(name, ""))
         if runs.order is not None:
             put("order", runs.order, "1")
+        if runs.names:
+            file["names"] = texts(runs.names)
     return memory.getvalue()
 
 
@@ -72,7 +74,8 @@ def read_runs(content: Path | bytes) -> Runs:
             commands[name] = Profile(source.array(f"{path}/time", "f", (count, value.shape[1]), "s"), value)
         order = source.array("order", "fiu", (count,), "1").astype(float) if source.has("order") else None
         runs = Runs(time, groups["signals"], commands, groups["conditions"], groups["channels"], order, units,
-                    source.attribute("", MARK), source.attribute("", "description"))
+                    source.attribute("", MARK), source.attribute("", "description"),
+                    source.texts("names", count or 0) if source.has("names") else ())
     for name, values in runs.arrays().items():
         if not np.isfinite(values).all():
             raise BadRecording(f"'{name}' has values that are not finite", "Leave out the runs in which they are")

@@ -182,6 +182,8 @@ class MachineStudyResult:
     """Least and largest value of each command and condition of the runs that were used."""
     doubts: list[str] = field(default_factory=list)
     """What is of another order, or of the other sign, in the recordings than in the machine's own experiments."""
+    run_names: list[str] = field(default_factory=list)
+    """Where each run is from, by its number, such as the file; empty where the recordings do not say so."""
 
     def to_dict(self) -> dict[str, Any]:
         """The result as JSON."""

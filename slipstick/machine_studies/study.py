@@ -155,7 +155,7 @@ def _conclude(studied: MachineStudy, runs: Runs, doubts: list[str]) -> Studied:
         [_state_parameter(each, machine, without.get(each.name)) for each in studied.parameters],
         None if confirmation is None else _state_gap(confirmation), list(named.set_aside), len(fitted.recorded.rows),
         noise, {**runs.units, **units_of(machine)}, runs.digest, studied.digest,
-        seen=_list_seen(runs.take(fitted.recorded.rows)), doubts=doubts)
+        seen=_list_seen(runs.take(fitted.recorded.rows)), doubts=doubts, run_names=list(runs.names))
     models = {"before": bare} | ({"after": fitted} if findings else {})
     if confirmation is not None:
         models = {"before": confirmation.bare, "after": confirmation.fit}

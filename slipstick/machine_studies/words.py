@@ -15,6 +15,11 @@ def name_finding(pair: tuple[str, str], kind: str | None = None, effect: str | N
     return words if kind is None else f"{words} ({kind})"
 
 
+def name_run(number: int, names: Sequence[str]) -> str:
+    """Return a run by its number, with its name where the recordings have `names`."""
+    return f"{number} ({names[number]})" if names else str(number)
+
+
 def is_memory(depends_on: str) -> bool:
     """Whether a pair depends on a lag or on the past of a signal, which no run can set."""
     return depends_on == LAG or depends_on.startswith(PAST)

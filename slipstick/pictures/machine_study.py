@@ -4,6 +4,7 @@ import math
 
 from slipstick.machine_studies import MachineFigures, MachineStudyResult
 from slipstick.machine_studies.result import ShownRun
+from slipstick.machine_studies.words import name_run
 from slipstick.pictures import theme, units
 from slipstick.pictures.overlay import Overlay, draw_overlay
 from slipstick.pictures.study.law import draw_laws
@@ -52,7 +53,7 @@ def _draw_overlay(result: MachineStudyResult, figures: MachineFigures) -> Spec |
         {label: (curve[signal], hue)
          for (label, hue), curve in zip(colours.items(), shown.models.values(), strict=True)},
         signal if unit in ("", "1") else f"{signal} [{unit}]", result.noise[signal],
-        f"Run {shown.run}, numbered from 0", "run"))
+        f"Run {name_run(shown.run, result.run_names)}, numbered from 0", "run"))
 
 
 def _draw_signals(result: MachineStudyResult, figures: MachineFigures) -> Spec | None:
@@ -69,7 +70,7 @@ def _draw_signals(result: MachineStudyResult, figures: MachineFigures) -> Spec |
             panels = [_draw_panel(result, shown, signal, difference, colours, (width, is_last, place == 0))
                       for place, shown in enumerate(figures.runs)]
             rows.append({"spacing": _COLUMN_SPACING, "bounds": "flush", "hconcat": panels})
-    names = ", ".join(str(shown.run) for shown in figures.runs)
+    names = ", ".join(name_run(shown.run, result.run_names) for shown in figures.runs)
     return theme.picture(f"The runs that are described worst: {names}", "Below each signal: measured minus simulated. "
                          "Shade: noise.", {"spacing": 12, "vconcat": rows}, _CAPTION.format(
                              " without findings" * ("after" in figures.runs[0].models)))

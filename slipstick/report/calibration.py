@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 from slipstick.bench import parameters
 from slipstick.calibration import Calibration
 from slipstick.machine_studies.result import MachineParameter
+from slipstick.machine_studies.words import name_run
 from slipstick.pictures import parameters as parameters_picture
 from slipstick.pictures.theme import Spec, in_words
 from slipstick.pictures.units import fixed, number, scale, with_unit
@@ -99,13 +100,13 @@ def calibration_summary(calibration: Calibration) -> list[str]:
 
 
 def machine_calibration_summary(machine: str, fitted: list[MachineParameter], chi_square: Mapping[str, float],
-                                set_aside: list[int]) -> list[str]:
-    """What each block of a declared machine leaves, and what is not determined or outside of its declaration."""
+                                set_aside: list[str]) -> list[str]:
+    """What each block of a declared machine leaves, what is not determined or outside of its declaration, and runs."""
     left = ", ".join(f"{name} {chi:.2f}" for name, chi in chi_square.items())
     lines = [f"{len(fitted)} parameters of the machine “{machine}” fitted. Reduced chi-square: {left}."]
     for words, names in (("Not determined", [each.name for each in fitted if not each.determined]),
                          ("Outside of what is declared", [each.name for each in fitted if each.beyond]),
-                         ("Runs set aside", [str(run) for run in set_aside])):
+                         ("Runs set aside", set_aside)):
         if names:
             lines.append(f"{words}: {', '.join(names)}.")
     return lines
@@ -159,7 +160,9 @@ def calibration_page(job: Mapping[str, Any], output: Mapping[str, Any]) -> str:
 def _machine_page(job: Mapping[str, Any], output: Mapping[str, Any]) -> str:
     result = output["result"]
     fitted = [MachineParameter(**each) for each in result["parameters"]]
-    lead, *limits = machine_calibration_summary(result["machine"], fitted, result["chi_square"], result["set_aside"])
+    lead, *limits = machine_calibration_summary(
+        result["machine"], fitted, result["chi_square"],
+        [name_run(run, result.get("run_names", [])) for run in result["set_aside"]])
     chi_square = [(name, f"{value:.2f}") for name, value in result["chi_square"].items()]
     table = tabulate_parameters(fitted)
     title = f"Parameters of the machine {result['machine']} from “{job['recordings']}”"

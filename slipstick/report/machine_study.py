@@ -9,7 +9,7 @@ from typing import Any
 from slipstick.machine_studies import MachineFigures, MachineStudyResult
 from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineParameter, Rival
 from slipstick.machine_studies.study import law_table
-from slipstick.machine_studies.words import find_past_signal, is_memory
+from slipstick.machine_studies.words import find_past_signal, is_memory, name_run
 from slipstick.pictures import units
 from slipstick.pictures.machine_study import LEVEL, machine_pictures
 from slipstick.pictures.study.law import describe_change, headline, remarks
@@ -275,7 +275,7 @@ def warnings(result: MachineStudyResult) -> Entries:
                         "missing than so few can tell. Record some 20 to 60 that differ in commands and conditions."))
     if result.set_aside:
         entries.append((f"Set aside: run{'s' * (len(result.set_aside) > 1)} "
-                        f"{listed([str(run) for run in result.set_aside])},",
+                        f"{listed([name_run(run, result.run_names) for run in result.set_aside])},",
                         "numbered from 0: far worse than all others and not used. Look at the signals."))
     entries += [(f"Unexplained: block “{block.name}”.", f"Reduced chi-square is {block.chi_square:.2f} with all "
                  "findings, and no candidate explains the rest. Findings and intervals may be off.")

@@ -3,7 +3,7 @@
 import io
 import math
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -54,6 +54,15 @@ class Source:
         dataset = self._dataset(path)
         self._require_text(dataset.dtype, dataset.shape, quoted(path))
         return str(np.ravel(dataset.asstr()[()])[0])
+
+    def texts(self, path: str, count: int) -> tuple[str, ...]:
+        """Return the texts (`count`) in the dataset at `path`, as the function `texts` makes them."""
+        dataset = self._dataset(path)
+        if dataset.dtype.kind != "S" or dataset.shape != (count,):
+            raise self.error(f"{quoted(path)} does not have {count} texts of fixed length",
+                             "Store them as UTF-8 of fixed length, or leave them out")
+        self._require_bounded_size(dataset, path)
+        return tuple(value.decode() for value in dataset[()].tolist())
 
     def attribute(self, path: str, name: str) -> str:
         """Return the text attribute `name` of the object at `path` (of the file itself for an empty path)."""
@@ -191,6 +200,12 @@ def text(value: str) -> np.ndarray:
     """
     encoded = value.encode()
     return np.array(encoded, dtype=h5py.string_dtype("utf-8", len(encoded) or 1))
+
+
+def texts(values: Sequence[str]) -> np.ndarray:
+    """Return `values` as HDF5 texts (n,) of fixed length."""
+    encoded = [value.encode() for value in values]
+    return np.array(encoded, h5py.string_dtype("utf-8", max(map(len, encoded)) or 1))
 
 
 @contextmanager

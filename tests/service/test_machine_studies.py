@@ -57,6 +57,10 @@ def test_runs_are_uploaded_described_listed_and_studied(serving: Serving, tmp_pa
         assert described.json()["units"]["speed"] == "rad/s"
         assert upload(client, "runs", runs).status_code == 200
         assert upload(client, "runs", replace(runs, order=None)).status_code == 409
+        named = replace(runs, names=tuple(f"motor.mf4, run {number}" for number in range(9)), order=None)
+        assert upload(client, "named", named).json()["names"][3] == "motor.mf4, run 3"
+        assert "Run 3: motor.mf4, run 3</h2>" in client.get("/recordings/named?run=3").text
+        assert client.delete("/v1/recordings/named").status_code == 204
         entry, = client.get("/v1/recordings").json()["recordings"]
         assert (entry["engagements"], entry["problem"]) == (9, None)
         page = client.get("/recordings/runs").text

@@ -225,7 +225,7 @@ def test_a_flawed_run_is_set_aside_with_the_reason(flaw: object, says: str) -> N
     aside, = found.set_aside
     assert aside.label == "sled0.csv, run 1"
     assert re.fullmatch(rf"{re.escape(says)} 0\.(39|40?)\d* to 0\.4\d* s after the begin of the run.*", aside.reason)
-    assert found.labels == tuple(f"sled0.csv, run {number}" for number in (0, 2, 3, 4))
+    assert found.labels == found.runs.names == tuple(f"sled0.csv, run {number}" for number in (0, 2, 3, 4))
     assert found.runs.order is not None
     assert found.runs.order.tolist() == [0, 1, 2, 3]
 

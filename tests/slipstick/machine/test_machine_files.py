@@ -40,6 +40,24 @@ def test_the_experiments_of_a_shipped_machine_are_recorded_and_read_back(name: s
         assert np.isfinite(evaluate_output(output, runs.time, runs.signals)).all(), output.name
 
 
+def test_runs_keep_their_names_and_need_none(tmp_path: Path) -> None:
+    machine = open_machine("dc_motor")
+    runs = simulate_runs(machine, list_experiments(machine))
+    assert read_runs(write_runs(runs)).names == ()
+    named = replace(runs, names=tuple(f"Prüfstand {place}.mf4" for place in range(len(runs))))
+    again = read_runs(named.save(tmp_path / "runs.h5"))
+    assert (again.names, again.digest) == (named.names, runs.digest)
+    assert again.take(np.array([4, 2])).names == ("Prüfstand 4.mf4", "Prüfstand 2.mf4")
+    assert again.take(slice(1)).names == ("Prüfstand 0.mf4",)
+    for names, cause in ((np.array([b"a", b"b"]), "does not have 9 texts"), (np.arange(9.0), "does not have 9 texts"),
+                         (np.array([b"\xff"] * len(runs)), "damaged")):
+        with h5py.File(tmp_path / "runs.h5", "r+") as file:
+            del file["names"]
+            file["names"] = names
+        with pytest.raises(BadRecording, match=cause):
+            read_runs(tmp_path / "runs.h5")
+
+
 def test_experiments_combine_profiles_and_levels_and_scatter_only_with_a_seed() -> None:
     machine = open_machine("dc_motor")
     experiments = list_experiments(machine)

@@ -17,10 +17,11 @@ import slipstick
 from slipstick.engine.doing import Doing
 from slipstick.engine.simulation import simulate_runs
 from slipstick.errors import BadRecording, InvalidValue, UnknownName
-from slipstick.interface.machine_study import MachineStudy
+from slipstick.interface.machine_study import MachineCalibration, MachineStudy
 from slipstick.machine import Effect, Kind, Machine, Runs, list_experiments, read_runs
 from slipstick.machine_studies import MachineStudyResult, study_machine
 from slipstick.machine_studies.study import calibrate_machine
+from slipstick.machine_studies.words import name_run
 from slipstick.pictures.machine_study import machine_pictures
 from slipstick.report import made
 from slipstick.report.calibration import calibration_page
@@ -375,9 +376,18 @@ def test_runs_that_are_far_off_are_set_aside_and_said(folder: Path) -> None:
     runs = Runs.open(folder / "of_mine.h5")
     signals = {name: values.copy() for name, values in runs.signals.items()}
     signals["temperature"][7, 40:] += 9.0
-    result, _ = study_machine(Machine.open(folder / "mine.py"), replace(runs, signals=signals))
-    assert result.set_aside == [7]
+    names = tuple(f"plate.csv, run {number}" for number in range(len(runs)))
+    named, machine = replace(runs, signals=signals, names=names), Machine.open(folder / "mine.py")
+    result, figures = study_machine(machine, named)
+    assert (result.set_aside, result.run_names) == ([7], list(names))
     assert result.findings == []
+    assert "Set aside: run 7 (plate.csv, run 7)," in dict(warnings(result))
+    first = figures.runs[0].run
+    assert f"{first} (plate.csv, run {first})" in machine_pictures(result, figures)["signals"]["title"]["text"]
+    fitted = slipstick.calibrate(machine, named, progress=False)
+    assert "Runs set aside: 7 (plate.csv, run 7)." in fitted.summary()
+    assert MachineCalibration.from_dict(fitted.to_dict()).summary() == fitted.summary()
+    assert name_run(7, []) == "7"
 
 
 Change = Callable[[str], str]
