@@ -38,8 +38,10 @@ def summarize(answer: Mapping[str, Any]) -> str:
     return _title(rows, [axis["name"] for axis in answer["axes"]], Output.of(answer))
 
 
-def draw(answer: Mapping[str, Any], probabilities: Sequence[float], conditions: Columns) -> Spec:
+def draw(answer: Mapping[str, Any], probabilities: Sequence[float], conditions: Columns, part: int = MOST) -> Spec:
     """Return the picture of an answer to a propagation, of its first `MOST` conditions that have a distribution.
+
+    The axes have titles below the last one, and below each `part` of so many rows.
 
     `answer` has the `axes` (name), and for each of its `conditions` their index, `mean` and `std` in s, `quantiles` in
     s at the `probabilities`, and, or null, `first_order` and `total` for each axis and `density` over `density_time`.
@@ -51,8 +53,8 @@ def draw(answer: Mapping[str, Any], probabilities: Sequence[float], conditions: 
     omitted = len(answer["conditions"]) - len(rows)
     drawn, shown = rows[:MOST], Output.of(answer)
     titles = [f"{row['condition']}: {described(conditions, place)}" for place, row in drawn]
-    views = [_row(row, probabilities, axes, title, shown, row is drawn[-1][1])
-             for (_, row), title in zip(drawn, titles, strict=True)]
+    views = [_row(row, probabilities, axes, title, shown, number == len(drawn) or number % part == 0)
+             for number, ((_, row), title) in enumerate(zip(drawn, titles, strict=True), 1)]
     levels = ", ".join(f"{100 * probability:g} %" for probability in probabilities)
     return theme.picture(
         summarize(answer),

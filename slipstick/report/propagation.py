@@ -17,6 +17,8 @@ _NOTE = ("Std: standard deviation. It and the quantiles contain the output noise
          "that noise that the input causes by itself (first-order Sobol index). Total: together with the other inputs.")
 _NOTABLE = 0.01
 """Probability outside the table from which on it is a warning."""
+_ROWS = 4
+"""Conditions in a part of the picture: two parts fit a printed page."""
 _OUTSIDE = {"clip": "There, the value at its nearest edge is used", "nan": "There, the {} is missing",
             "error": "Nothing outside is used"}
 
@@ -27,10 +29,10 @@ def propagation_page(answer: Mapping[str, Any], request: Mapping[str, Any], cond
     `request` has the `inputs`, `output_std` in s, `quantiles` and `tolerance` in s that were asked for. `home` is the
     relative address of the service, if it shows the page.
     """
-    specs = {"propagation": draw(answer, request["quantiles"], conditions)}
+    specs = {"propagation": draw(answer, request["quantiles"], conditions, _ROWS)}
     shown, axes = Output.of(answer), [in_words(axis["name"]) for axis in answer["axes"]]
     return document("propagation of", answer["table"], headline(answer), warnings(answer, request), [
-        section("Distributions", *figures(specs, captions(specs)).values()),
+        section("Distributions", *figures(specs, captions(specs), _ROWS).values()),
         section("Numbers", table(
             _headings(shown, request["quantiles"], "condition", axes, (": alone", ": total")),
             [_cells(row, f"{row['condition']}: {described(conditions, place)}", len(axes), shown)

@@ -69,17 +69,28 @@ def tell_facts(job: Mapping[str, Any], entries: Iterable[str]) -> str:
     return paragraph(" · ".join([*(entry for entry in entries if entry), *day]), "facts")
 
 
-def figures(specs: Mapping[str, Spec], captions: Mapping[str, str]) -> dict[str, str]:
+def figures(specs: Mapping[str, Spec], captions: Mapping[str, str], rows: int | None = None) -> dict[str, str]:
     """Return name -> figure element of each picture.
 
-    Its title is a heading, which wraps on a narrow screen; the picture itself scrolls there instead of shrinking.
+    Its title is a heading, which wraps on a narrow screen; the picture itself scrolls there instead of shrinking. With
+    `rows`, a picture of more rows is drawn in parts of as many, between which a printed page may end.
     """
-    drawn = inline(specs, captions)
+    drawn = {name: "\n".join(inline(parts, dict.fromkeys(parts, captions[name])).values())
+             for name, spec in specs.items() for parts in [_split(name, spec, rows)]}
     return {name: "\n".join([
         f'<figure id="picture-{escape(name)}">', f"<h3>{escape(spec['title']['text'])}</h3>",
         paragraph(" ".join(spec["title"]["subtitle"]), "note"),
         f'<div class="picture" tabindex="0">{drawn[name]}</div>',
         f"<figcaption>{escape(captions[name])}</figcaption>", "</figure>"]) for name, spec in specs.items()}
+
+
+def _split(name: str, spec: Spec, rows: int | None) -> dict[str, Spec]:
+    """Return a picture in parts of so many `rows` by their names; of few rows, the picture itself."""
+    views = spec.get("vconcat", [])
+    if rows is None or len(views) <= rows:
+        return {name: spec}
+    return {f"{name}-{start // rows}": {**spec, "vconcat": views[start:start + rows]}
+            for start in range(0, len(views), rows)}
 
 
 def provenance(job: Mapping[str, Any], output: Mapping[str, Any], entries: Iterable[tuple[str, str | None]]) -> str:

@@ -15,6 +15,7 @@ from selenium.webdriver.support.wait import WebDriverWait
 from slipstick.law_files import write_law
 from slipstick.pictures import CAPTIONS, theme
 from slipstick.report import page
+from slipstick.report.propagation import propagation_page
 from slipstick.report.study.page import study_page
 from slipstick.studies import StudyResult, StudySettings
 from slipstick.studies.export import law_table
@@ -157,3 +158,22 @@ def test_paper_is_light_and_a_figure_is_never_cut(opened: Callable[..., webdrive
     assert pdf.startswith(b"%PDF")
     boxes = {tuple(round(float(end)) for end in box.split()) for box in re.findall(rb"/MediaBox \[([^]]+)\]", pdf)}
     assert boxes == {(0, 0, 595, 842)}  # A4 in points
+
+
+def test_on_paper_a_picture_in_parts_is_cut_between_them_and_begins_on_the_first_page(
+        browser: webdriver.Chrome, opened: Callable[..., webdriver.Chrome], tmp_path: Path) -> None:
+    opened(680, media="print")
+    row = {"mean": 0.6, "std": 0.02, "error": 2e-4, "quantiles": [0.567, 0.633], "first_order": [0.7], "total": [0.8],
+           "density": None, "density_time": None}
+    answer = {"table": "mine", "table_digest": "a1b2", "axes": [{"name": "pressure_bias"}], "outside": "clip",
+              "mass_outside": 0.2, "order": 4, "nodes": 25, "reached": True,
+              "conditions": [{"condition": place, **row} for place in range(12)]}
+    request = {"inputs": {"mean": [1.0], "std": [0.3], "families": None}, "output_std": 0.0, "quantiles": [0.05, 0.95],
+               "tolerance": 0.001}
+    (tmp_path / "propagation.html").write_text(propagation_page(answer, request, {"load_inertia": [6.0] * 12}))
+    browser.get((tmp_path / "propagation.html").as_uri())
+    assert browser.execute_script("return getComputedStyle(document.querySelector('figure')).breakInside") == "auto"
+    ends = browser.execute_script(
+        "return [...document.querySelectorAll('figure svg')].map(part => part.getBoundingClientRect().bottom)")
+    assert len(ends) == 3
+    assert ends[0] < 994  # 263 mm of a page

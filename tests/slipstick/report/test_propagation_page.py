@@ -70,6 +70,19 @@ def test_dependent_inputs_have_no_bars_and_no_noise_no_density() -> None:
     assert "quantiles" not in bare["description"]
 
 
+@pytest.mark.parametrize(("count", "parts"), [(4, 1), (5, 2)])
+def test_a_picture_of_many_conditions_is_in_parts_between_which_a_page_may_end(count: int, parts: int) -> None:
+    columns = {name: [values[0]] * count for name, values in CONDITIONS.items()}
+    page = propagation_page(answer(*map(condition, range(count))), REQUEST, columns)
+    figure, = re.findall(r"<figure.*?</figure>", page, re.DOTALL)
+    drawn = re.findall(r"<svg .*?</svg>", figure, re.DOTALL)
+    assert len(drawn) == parts
+    assert all("shifting time [ms]" in part for part in drawn)
+    assert len(identifiers := re.findall(r'\bid="([^"]+)"', figure)) == len(set(identifiers))
+    for place in range(count):
+        assert f"{place}: profile 0" in drawn[place // 4]
+
+
 def test_the_page_has_the_shell_of_reports(reading: Callable[[str], Any]) -> None:
     axes = [{"name": "pressure_bias", "nominal": 1.6, "unit": "bar"},
             {"name": "initial_position", "nominal": 5e-4, "unit": "m"}]
