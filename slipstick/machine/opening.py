@@ -24,6 +24,9 @@ def open_machine(path: Path | str) -> Machine:
     if not path.is_file():
         shipped = [other.stem for other in (FOLDER / "machines").glob("*.py")]
         raise UnknownName.of("machine", path.name, [*shipped, *(other.name for other in path.parent.glob("*.py"))])
+    if path.suffix != ".py":  # such as a bench, of which a line would be called wrong
+        raise BadMachine(f"{path.name} is no Python file, and declares no machine",
+                         "Give the file that declares it; `slipstick machine new FILE.py` writes a template")
     module, folder = types.ModuleType(path.stem), str(path.resolve().parent)
     module.__file__ = str(path)
     sys.path.insert(0, folder)

@@ -25,6 +25,7 @@ from slipstick.machine import (
     write_runs,
 )
 from slipstick.machine.experiments import find_time
+from slipstick.storage.shipped import FOLDER
 
 
 @pytest.mark.parametrize("name", ["dc_motor", "two_tanks"])
@@ -148,6 +149,11 @@ def test_equations_that_fail_are_refused_with_block_and_line(tmp_path: Path, par
         return
     with pytest.raises(BadMachine, match=f"mine.py: The rates of the block 'cart' of the machine 'cart'.*{cause}"):
         open_machine(path)
+
+
+def test_a_bench_is_no_machine_and_none_of_its_lines_is_called_wrong() -> None:
+    with pytest.raises(BadMachine, match=r"^heavy\.toml is no Python file, and declares no machine\. Give the file"):
+        open_machine(FOLDER / "heavy.toml")
 
 
 def test_a_start_that_reads_a_simulated_signal_is_refused_with_the_parameter_to_declare(tmp_path: Path) -> None:
