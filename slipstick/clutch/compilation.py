@@ -12,9 +12,10 @@ from types import CellType, FunctionType
 from slipstick.bench import converter
 from slipstick.clutch import driver, effects, loading
 from slipstick.clutch.fastmath import allocating
-from slipstick.numerics import wide_vectors
+from slipstick.numerics import linking, wide_vectors
 
-_SOURCES = [*sorted(Path(__file__).parent.rglob("*.py")), Path(converter.__file__), Path(wide_vectors.__file__)]
+_SOURCES = [*sorted(Path(__file__).parent.rglob("*.py")), Path(converter.__file__), Path(linking.__file__),
+            Path(wide_vectors.__file__)]
 _CATALOGUE = " ".join(effect.name for effect in effects.CATALOGUE)
 _KEY = hashlib.sha256(b"".join(path.read_bytes() for path in _SOURCES) + _CATALOGUE.encode()).hexdigest()
 

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from numba import njit
 from numba.extending import register_jitable
 
-from slipstick.clutch.linking import LINKED
+from slipstick.numerics.linking import LINKED
 from slipstick.numerics.wide_vectors import WideCompiler
 
 Function = TypeVar("Function", bound=Callable[..., Any])

@@ -11,12 +11,13 @@ import numpy as np
 from numba import njit
 
 from slipstick.engine.equations import EDGE
+from slipstick.numerics.linking import linked
 
 _LANES = 256
 """Numbers in a row: looking an operation up costs as much as some ten of them, and rows must stay in the cache."""
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@linked
 def evaluate(tape, first, last, R, count):  # type: ignore[no-untyped-def]
     """Do the operations of a tape from the `first` up to the `last` in R (rows, lanes) for `count` lanes."""
     program, starts, knots, values, slopes = tape[0], tape[2], tape[3], tape[4], tape[5]
@@ -144,7 +145,7 @@ def evaluate(tape, first, last, R, count):  # type: ignore[no-untyped-def]
                 R[to, g] = beyond if x >= highest else values[low] + (x - knots[low]) * slopes[low]
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@linked
 def fill_constants(tape, P, first, runs, together, R):  # type: ignore[no-untyped-def]
     """Fill the rows of what is constant in a run, of literals, and of what follows from both, for several instants."""
     literals, at = tape[7], tape[12]
@@ -158,7 +159,7 @@ def fill_constants(tape, P, first, runs, together, R):  # type: ignore[no-untype
     evaluate(tape, 0 * runs, tape[1][0], R, together * runs)
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@linked
 def _step(tape, R, x, begin, end, h, out, work, count):  # type: ignore[no-untyped-def]
     """Fill out (d, lanes) with the states after a Runge-Kutta step of h (lanes,), on the sides that are in R.
 
@@ -194,7 +195,7 @@ def _step(tape, R, x, begin, end, h, out, work, count):  # type: ignore[no-untyp
             out[state, g] = low if value < low else value
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@linked
 def _choose_sides(tape, R, x, u, work, count):  # type: ignore[no-untyped-def]
     """Fill the sides of switching states in R and in memory, as `Equations.sides` does."""
     switches, at, d, drives, sides, rests = tape[9], tape[11], len(x), tape[10], work[2], False
@@ -217,7 +218,7 @@ def _choose_sides(tape, R, x, u, work, count):  # type: ignore[no-untyped-def]
             sides[state, g] = R[at + d + state, g]
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@linked
 def _settle(tape, R, work, count):  # type: ignore[no-untyped-def]
     """Fill the sides in R of states that rest by those in memory: as the rate leads, or the share at which it is 0."""
     results, at, sides, up = tape[6], tape[11], work[2], work[3]
@@ -247,13 +248,13 @@ def _settle(tape, R, work, count):  # type: ignore[no-untyped-def]
                 R[side, g] = (rise + fall) / (fall - rise) if fall > rise else 0.0
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@linked
 def _is_across(value, side):  # type: ignore[no-untyped-def]
     """Whether a state that does not rest at the begin of a step is on the other side behind it."""
     return abs(side) == 1 and value * side < 0
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@linked
 def _advance(tape, R, x, begin, end, h, out, work, count):  # type: ignore[no-untyped-def]
     """Fill out (d, lanes) with the states a step later. A state that meets its surface goes on from there, or rests."""
     switches, sides = tape[9], work[2]
@@ -269,7 +270,7 @@ def _advance(tape, R, x, begin, end, h, out, work, count):  # type: ignore[no-un
             _meet(tape, R, sides, state, meeting, x, begin, end, h, out, count)
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@linked
 def _meet(tape, R, sides, state, meeting, x, begin, end, h, out, count):  # type: ignore[no-untyped-def]
     """Fill the states a step later of those lanes in which a state meets its surface within the step."""
     d, work = len(x), _make_work(len(x), meeting)
@@ -306,13 +307,13 @@ def _meet(tape, R, sides, state, meeting, x, begin, end, h, out, count):  # type
             out[other, lanes[m]] = there[other, m]
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@linked
 def _make_work(states, lanes):  # type: ignore[no-untyped-def]
     """Return memory for a step: rates, their sum, the sides of states at its begin, and a rate."""
     return np.empty((states, lanes)), np.empty((states, lanes)), np.empty((states, lanes)), np.empty((1, lanes))
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@linked
 def _gather(values, j, instants, first, runs, lanes):  # type: ignore[no-untyped-def]
     """Fill lanes (rows, instants times runs) with values (rows, K, n) of some instants and runs."""
     for row in range(len(values)):
@@ -321,7 +322,7 @@ def _gather(values, j, instants, first, runs, lanes):  # type: ignore[no-untyped
                 lanes[row, t * runs + i] = values[row, j + t, first + i]
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@linked
 def _scatter(lanes, j, instants, first, runs, values):  # type: ignore[no-untyped-def]
     """Fill values (rows, K, n) of some instants and runs with lanes."""
     for row in range(len(values)):

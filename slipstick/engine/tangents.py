@@ -16,6 +16,7 @@ from numba import njit
 from slipstick.engine.equations import Problem
 from slipstick.engine.stepping import evaluate, fill_constants
 from slipstick.engine.tape import Layout, Name, Tape, list_values, pack, record_equations
+from slipstick.numerics.linking import linked
 
 _LANES = 256
 """Instants of a run that are computed together."""
@@ -244,7 +245,7 @@ def _differentiate(tape, paths, starts, seeds, P, V, X, h, ends, middles):  # ty
             _follow_paths(tape, paths, starts, seeds, R, T, i, begin, count - 1, middles)
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@linked
 def _follow_paths(tape, paths, starts, seeds, R, T, i, begin, count, out):  # type: ignore[no-untyped-def]
     """Fill out (q, n, r, K) at some instants of a run with the derivatives of the results, by those in T (rows,
     lanes)."""
@@ -261,7 +262,7 @@ def _follow_paths(tape, paths, starts, seeds, R, T, i, begin, count, out):  # ty
             T[program[paths[place], 1]] = 0.0
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@linked
 def _differentiate_operation(operation, tape, R, T, count):  # type: ignore[no-untyped-def]
     """Fill T (rows, lanes) with the derivative of the result of an operation, from R and those of its arguments."""
     code, to, a, b, c = operation

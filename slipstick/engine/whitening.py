@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit
 
 from slipstick.engine.noise import Noise
+from slipstick.numerics.linking import linked
 
 _LANES = 64
 """Columns that are filtered at a time: each step waits for the one before, and those of other columns do not."""
@@ -172,7 +173,7 @@ def _whiten_autoregressive(columns, counted, std, rho, out):  # type: ignore[no-
                 start, last, known = end, end - 1, rho[o]
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@linked
 def _find_last(counted):  # type: ignore[no-untyped-def]
     """Return the number of samples (o, k) up to the last one that is counted."""
     last = 0

@@ -6,8 +6,9 @@ from typing import Any
 import pytest
 from numba.core.dispatcher import Dispatcher
 
-from slipstick.clutch import compilation, linking
+from slipstick.clutch import compilation
 from slipstick.clutch.fastmath import allocating, inlined, kernel
+from slipstick.numerics import linking
 
 ENTRY_POINTS: tuple[Any, ...] = (compilation.drive, compilation.initial_speeds)
 

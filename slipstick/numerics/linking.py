@@ -8,9 +8,11 @@ and computes the same.
 Where a version of numba lacks what is used of its libraries here, functions are compiled as usual.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 from llvmlite import binding
+from numba import njit
 from numba.core.codegen import JITCodeLibrary
 
 from slipstick.numerics.wide_vectors import WideCompiler, WideLibrary
@@ -47,3 +49,10 @@ _USED = ("_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_
          "_verify_declare_only_symbols")
 LINKED: dict[str, Any] = {"pipeline_class": Linked} if all(hasattr(JITCodeLibrary, name) for name in _USED) else {}
 """Options of `njit`."""
+
+
+def linked(function: Callable[..., Any]) -> Any:
+    """Compile a function with the callers that are compiled; it cannot be called from Python, and needs no cache."""
+    options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cpython_wrapper": True,
+                               "no_cfunc_wrapper": True, **LINKED}
+    return njit(**options)(function)
