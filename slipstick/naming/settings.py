@@ -5,6 +5,7 @@ import hashlib
 import json
 import math
 from dataclasses import asdict, dataclass, fields
+from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -104,6 +105,7 @@ def _is_text(node: Any) -> bool:
             and isinstance(node.value.value, str))
 
 
+@cache  # which takes half a second for the modules of a study
 def _code_of(source: str) -> str:
     """The syntax tree of a module, without comments and without expressions that are texts, such as docstrings."""
     tree = ast.parse(source)
