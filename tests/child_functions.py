@@ -6,6 +6,7 @@ import signal
 import time
 
 from slipstick.errors import BadTable
+from slipstick.numerics.quantities import unit_registry
 
 
 def processes(_: bytes) -> bytes:
@@ -14,6 +15,10 @@ def processes(_: bytes) -> bytes:
 
 def doubled(content: bytes) -> bytes:
     return 2 * content
+
+
+def count_registries(_: bytes) -> bytes:
+    return str(unit_registry.cache_info().currsize).encode()
 
 
 def refuse(content: bytes) -> bytes:

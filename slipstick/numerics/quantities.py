@@ -72,7 +72,7 @@ def convert(values: np.ndarray, written: str, unit: str) -> np.ndarray:
     if _ARITHMETIC.search(_POWER.sub("~", written)):
         raise NotAQuantity(f"the unit '{written[:40]}' is not a product of units and their powers, such as N m^2 s",
                            other)
-    registry = _registry()
+    registry = unit_registry()
     try:
         given, wanted = (registry.parse_units(_spell_out(each)) for each in (written, unit))
         zero, factor = (registry.Quantity(number, given).to(wanted).magnitude for number in (0.0, 1.0))
@@ -102,7 +102,7 @@ def is_unit(written: str) -> bool:
     if not written or _ARITHMETIC.search(_POWER.sub("~", written)):
         return written == "1"
     try:
-        _registry().parse_units(_spell_out(written))
+        unit_registry().parse_units(_spell_out(written))
     except Exception:  # pint raises tokenizer, attribute and assertion errors on other text
         return False
     return True
@@ -110,7 +110,7 @@ def is_unit(written: str) -> bool:
 
 def _base(unit: str) -> list[str]:
     """The base units of a unit; pint counts the radian among them, though it has no dimension."""
-    return list(_registry().get_root_units(_spell_out(unit))[1]._units)
+    return list(unit_registry().get_root_units(_spell_out(unit))[1]._units)
 
 
 def _spell_out(unit: str) -> str:
@@ -142,7 +142,8 @@ def _is_other_quantity(error: Exception) -> bool:
 
 
 @cache
-def _registry() -> Any:
+def unit_registry() -> Any:
+    """The units that pint knows, made at the first call, which takes a third of a second."""
     import pint  # takes a second to import, and most runs read units that need no conversion
 
     return pint.UnitRegistry()

@@ -4,6 +4,7 @@ A new interpreter takes seconds of processor time for its imports. The process t
 data, so that a fork is safe there, as it is not in a service with threads. It starts at the first call and ends with
 this process, however this one ends. A fork of `call` computes one function, with limits if the content is not trusted,
 and ends. That of a `Kept` stays for further calls, with what libraries keep in memory, and is for trusted content only.
+Another module may have a `Forking` of its own, whose forks do something else.
 """
 
 import atexit
@@ -21,14 +22,15 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
+from typing import Any
 
 from slipstick.errors import SlipstickError
 from slipstick.interruption import unheard
 
 _ROOT = Path(__file__).parents[2]
-_IMPORTED = ("slipstick.table.upload", "slipstick.recordings.hdf5_form", "slipstick.acquisition.archive",
-             "slipstick.report.made")
-"""What is called; a function of another module works as well, after its import in each fork."""
+_PREPARED = ("slipstick.table.upload", "slipstick.recordings.hdf5_form", "slipstick.acquisition.archive",
+             "slipstick.report.made", "slipstick.numerics.quantities:unit_registry")
+"""What is called, and what it keeps; a function of another module works as well, after its import in each fork."""
 _LONGEST, _IDLE = 120, 600
 """Seconds after which a function without limits is taken to hang, and after which a child that waits ends."""
 
@@ -100,10 +102,17 @@ def _answer(connection: socket.socket, function: str, content: bytes, error: typ
     raise ChildFailed(f"The process of {function} ended without an answer")
 
 
-class _Forking:
-    """The process that forks, started when it is needed and again if it was killed."""
+class Forking:
+    """A process that forks, started when it is needed and again if it was killed.
 
-    def __init__(self) -> None:
+    Before, it imports modules and calls functions, "module:function", that are `prepared`: forks have what these keep.
+    A fork calls the function `main` with its end of a connection, and ends. Libraries have no threads, which would not
+    survive a fork, unless `threads`: those of OpenBLAS are made anew.
+    """
+
+    def __init__(self, prepared: tuple[str, ...], main: str, threads: bool = False) -> None:
+        self._prepared, self._main = prepared, main
+        self._environment = {} if threads else {"OPENBLAS_NUM_THREADS": "1"}
         self._lock = Lock()
         self._control: socket.socket | None = None
         self._process: subprocess.Popen[bytes] | None = None
@@ -127,12 +136,12 @@ class _Forking:
     def _start(self) -> None:
         self._control, theirs = socket.socketpair()
         with theirs:
-            command = f"from slipstick.storage.children import serve; serve({theirs.fileno()})"
-            # Threads of a library would not survive the forks.
+            arguments = theirs.fileno(), self._prepared, self._main
+            command = f"from slipstick.storage.children import serve; serve(*{arguments!r})"
             with unheard():  # Ctrl-C is for this process, with which the other one ends
                 self._process = subprocess.Popen(
                     [sys.executable, "-c", command], pass_fds=[theirs.fileno()], cwd=_ROOT, stdin=subprocess.DEVNULL,
-                    env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
+                    env={**os.environ, **self._environment})
 
     def end(self) -> None:
         """End the process that forks, if there is one; forks finish what they compute."""
@@ -141,16 +150,19 @@ class _Forking:
             self._process.wait()
 
 
-_FORKING = _Forking()
+_FORKING = Forking(_PREPARED, f"{__name__}:answer_calls")
 atexit.register(_FORKING.end)
 
 
-def serve(descriptor: int) -> None:
-    """In the process that forks: answer connections that arrive over the socket `descriptor` until it is closed."""
+def serve(descriptor: int, prepared: tuple[str, ...], main: str) -> None:
+    """In the process that forks: fork for connections that arrive over the socket `descriptor` until it is closed."""
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for the forks
-    for module in _IMPORTED:
-        importlib.import_module(module)
+    gc.disable()  # all that is imported stays, and would be searched for garbage again and again
+    for name in prepared:
+        if callable(imported := _named(name)):
+            imported()
     gc.freeze()  # a collection in a fork would copy the memory that forks share
+    gc.enable()
     with socket.socket(fileno=descriptor) as control:
         while True:
             _, (*descriptors,), _, _ = socket.recv_fds(control, 1, 1)
@@ -158,30 +170,42 @@ def serve(descriptor: int) -> None:
                 return
             with socket.socket(fileno=descriptors[0]) as connection:
                 if os.fork() == 0:
-                    _become_child(control, connection)
+                    _become_child(control, connection, main)
 
 
-def _become_child(control: socket.socket, connection: socket.socket) -> None:
+def _become_child(control: socket.socket, connection: socket.socket, main: str) -> None:
     try:
         control.close()
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)  # a child may have children of its own
-        silence = os.open(os.devnull, os.O_WRONLY)
-        for stream in (1, 2):  # libraries write what they think of a damaged file
-            os.dup2(silence, stream)
-        with connection.makefile("rwb") as file:
-            while line := file.readline():
-                asked = json.loads(line)
-                if asked["limits"]:
-                    _limit(*asked["limits"])
-                else:
-                    signal.alarm(_LONGEST)
-                refused, failed, result = _compute(asked["function"], file.read(asked["size"]))
-                signal.alarm(_IDLE)
-                file.write(json.dumps([refused, failed, len(result)]).encode() + b"\n")
-                file.write(result)
-                file.flush()
+        _named(main)(connection)
     finally:
         os._exit(0)
+
+
+def answer_calls(connection: socket.socket) -> None:
+    """In a fork: compute one function after the other, until the connection is closed."""
+    silence = os.open(os.devnull, os.O_WRONLY)
+    for stream in (1, 2):  # libraries write what they think of a damaged file
+        os.dup2(silence, stream)
+    with connection.makefile("rwb") as file:
+        while line := file.readline():
+            asked = json.loads(line)
+            if asked["limits"]:
+                _limit(*asked["limits"])
+            else:
+                signal.alarm(_LONGEST)
+            refused, failed, result = _compute(asked["function"], file.read(asked["size"]))
+            signal.alarm(_IDLE)
+            file.write(json.dumps([refused, failed, len(result)]).encode() + b"\n")
+            file.write(result)
+            file.flush()
+
+
+def _named(name: str) -> Any:
+    """A module, or what a module has: "module:function"."""
+    module, _, member = name.partition(":")
+    imported = importlib.import_module(module)
+    return getattr(imported, member) if member else imported
 
 
 def _limit(seconds: int, memory: int) -> None:
@@ -194,9 +218,8 @@ def _limit(seconds: int, memory: int) -> None:
 
 def _compute(function: str, content: bytes) -> tuple[tuple[str, str] | None, str | None, bytes]:
     """Cause and remedy of a `SlipstickError`, the traceback of another error, and the result."""
-    module, _, name = function.partition(":")
     try:
-        result = getattr(importlib.import_module(module), name)(content)
+        result = _named(function)(content)
     except SlipstickError as error:
         return (error.cause, error.remedy), None, b""
     except Exception:

@@ -28,6 +28,10 @@ def test_forks_of_one_process_answer_at_the_same_time() -> None:
     assert len({parent for _, parent in found} - {os.getpid()}) == 1
 
 
+def test_forks_have_the_units_that_take_a_third_of_a_second() -> None:
+    assert call("count_registries") == b"1"
+
+
 def test_content_of_any_size_goes_there_and_comes_back() -> None:
     content = os.urandom(20 << 20)
     assert call("doubled", content) == 2 * content
