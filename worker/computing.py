@@ -2,26 +2,30 @@
 
 Compiled code and solvers cannot be interrupted from another thread. A step is a function of the library, a function
 that reports progress, and further arguments; it knows nothing of the job database. A step that crashes its process,
-such as for lack of memory, fails its job, and not the worker.
+such as for lack of memory, fails its job, and not the worker. The processes are forks of one that has imported what
+steps need.
 """
 
 import atexit
-import gc
-import importlib
 import math
-import multiprocessing
 import os
+import select
+import signal
+import socket
+import sys
 import threading
 import time
 import traceback
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
 from slipstick.errors import SlipstickError
+from slipstick.storage.children import Forking
 from slipstick.storage.library import Library
 
 _POLL_SECONDS = 0.2
@@ -58,17 +62,22 @@ class TimeEnded(Exception):
         self.seconds, self.kept = seconds, kept
 
 
+def forking_of(modules: tuple[str, ...]) -> Forking:
+    """The process whose forks compute steps in these modules; several computers may have the same."""
+    return Forking((__name__, *modules), f"{__name__}:serve", threads=True)
+
+
 class Computer:
     """A process for one step at a time, on the tables and recordings in `folder`.
 
-    It starts at once, and another one in its place when it ends, so that no step waits for the import of `modules`.
+    It starts at once, and another one in its place when it ends, as a fork of `forking`.
     """
 
-    def __init__(self, folder: Path, modules: tuple[str, ...]) -> None:
-        self.folder, self.modules = folder, modules
+    def __init__(self, folder: Path, forking: Forking) -> None:
+        self.folder, self.forking = folder, forking
         self._lock = threading.Lock()
-        self._process, self._connection = self._started()
-        atexit.register(self.stop)  # before multiprocessing waits for the process
+        self._process = self._started()
+        atexit.register(self.stop)
 
     def run(self, step: Callable[..., Any], *arguments: Any, report: Callable[[dict[str, Any]], None],
             require_wanted: Callable[[], None], seconds: float = math.inf) -> Any:
@@ -83,30 +92,24 @@ class Computer:
             except _StepFailed as failure:
                 raise failure.reason from None
             except (EOFError, ConnectionError):
-                self._replace()
+                self._process = self._started()
                 raise ComputationLost("The process that computed the job was killed or crashed, such as for lack of "
                                       "memory", "Check the memory of the machine, and submit the job again") from None
             except BaseException:
-                self._replace()
+                self.stop()
+                self._process = self._started()
                 raise
 
     def stop(self) -> None:
         """End the process, whatever it does."""
-        self._process.kill()
-        self._process.join()
-        self._connection.close()
-
-    def _replace(self) -> None:
-        self.stop()
-        self._process, self._connection = self._started()
+        self._process.end()
 
     def _run(self, step: Callable[..., Any], arguments: tuple[Any, ...], report: Callable[[dict[str, Any]], None],
              require_wanted: Callable[[], None], seconds: float) -> Any:
-        if not self._process.is_alive():  # killed between two steps
-            self._replace()
-        connection = self._connection
+        if self._process.has_ended():  # killed between two steps
+            self._process = self._started()
         begin, kept = time.monotonic(), None
-        connection.send((step, arguments))
+        connection = self._process.begin(step, arguments)
         while True:
             spent = time.monotonic() - begin
             if not connection.poll(min(_POLL_SECONDS, max(0.0, seconds - spent))):
@@ -124,14 +127,46 @@ class Computer:
             if spent >= seconds:
                 raise TimeEnded(spent, kept)
 
-    def _started(self) -> tuple[BaseProcess, Connection]:
-        context = multiprocessing.get_context("spawn")  # a fork would copy the locks of other threads
-        ours, theirs = context.Pipe()
-        # Not a daemon, which could not start the processes of a simulator; see `_end_with_the_worker`.
-        process = context.Process(target=_serve, args=(theirs, self.folder, self.modules))
-        process.start()
-        theirs.close()
-        return process, ours
+    def _started(self) -> "_Process":
+        return _Process(Connection(self.forking.connect().detach()), self.folder)
+
+
+class _Process:
+    """A fork, as the worker sees it: it says its number when it starts, and then nothing before a step."""
+
+    def __init__(self, connection: Connection, folder: Path) -> None:
+        self.connection = connection
+        connection.send((folder, os.getcwd(), sys.path, sys.argv))
+
+    @cached_property
+    def number(self) -> int:
+        """The number of the process, which has started."""
+        number: int = self.connection.recv()
+        return number
+
+    def has_ended(self) -> bool:
+        """Whether the process has ended, where it computes no step."""
+        try:
+            return bool(self.number) and self.connection.poll()
+        except (EOFError, OSError):
+            return True
+
+    def begin(self, step: Callable[..., Any], arguments: tuple[Any, ...]) -> Connection:
+        """Have a step computed; return the connection that it speaks over."""
+        if self.number:
+            self.connection.send((step, arguments))
+        return self.connection
+
+    def end(self) -> None:
+        """Kill the process, unless it has ended: its number may be that of another one by now."""
+        with suppress(EOFError, OSError):
+            number = self.number
+            while self.connection.poll():
+                self.connection.recv_bytes()
+            os.kill(number, signal.SIGKILL)
+            while True:  # until it has ended
+                self.connection.recv_bytes()
+        self.connection.close()
 
 
 class _StepFailed(Exception):
@@ -142,14 +177,13 @@ class _StepFailed(Exception):
         self.reason = reason
 
 
-def _serve(connection: Connection, folder: Path, modules: tuple[str, ...]) -> None:
+def serve(end: socket.socket) -> None:
     """In the process: compute one step after the other, until the worker is gone."""
-    threading.Thread(target=_end_with_the_worker, daemon=True).start()
-    gc.disable()  # all that is imported stays, and would be searched for garbage again and again
-    for module in modules:
-        importlib.import_module(module)
-    gc.freeze()
-    gc.enable()
+    connection = Connection(end.detach())
+    threading.Thread(target=_end_with_the_worker, args=(connection.fileno(),), daemon=True).start()
+    connection.send(os.getpid())
+    folder, place, sys.path[:], sys.argv[:] = connection.recv()
+    os.chdir(place)
     library = Library(folder)
     while True:
         try:
@@ -166,8 +200,8 @@ def _serve(connection: Connection, folder: Path, modules: tuple[str, ...]) -> No
         connection.send(answer)
 
 
-def _end_with_the_worker() -> None:
-    worker = multiprocessing.parent_process()
-    assert worker is not None
-    worker.join()
+def _end_with_the_worker(descriptor: int) -> None:
+    waiting = select.poll()
+    waiting.register(descriptor, 0)  # for nothing but the end of the connection
+    waiting.poll()
     os._exit(1)

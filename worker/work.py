@@ -19,7 +19,7 @@ from slipstick.errors import InvalidValue
 from slipstick.storage import shipped
 
 from .bench_option import library_folder
-from .computing import Computer
+from .computing import Computer, forking_of
 from .executors import add_dask_argument
 from .simulators import Simulators
 
@@ -84,8 +84,9 @@ def run(arguments: argparse.Namespace) -> int:
         rehearse = [sys.executable, "-m", f"{__package__}.rehearsal"]
         rehearsal = None if arguments.no_compile else subprocess.Popen(rehearse)
         modules = tuple(f"{__package__}.{kind}_steps" for kind in ("fit", "study", "calibration", "build"))
+        forking = forking_of(modules)
         queues = *jobs.QUEUES, *(jobs.name_machine_queue(each.name) for each in known)
-        computers = defaultdict[str, Computer](lambda: Computer(arguments.tables, modules))
+        computers = defaultdict[str, Computer](lambda: Computer(arguments.tables, forking))
         for queue in jobs.QUEUES:  # those of machines start with their first job
             _ = computers[queue]
         fit_job.register(computers, simulators)

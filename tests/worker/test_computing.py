@@ -12,7 +12,8 @@ from typing import Any
 import pytest
 
 from slipstick.errors import InvalidValue
-from worker.computing import ComputationLost, Computer, Report, TimeEnded
+from slipstick.storage.children import Forking
+from worker.computing import ComputationLost, Computer, Report, TimeEnded, forking_of
 
 
 class Cancelled(Exception):
@@ -48,9 +49,14 @@ def crashing(library: Any, report: Any) -> None:
     os._exit(1)
 
 
+@pytest.fixture(scope="module")
+def forking() -> Forking:
+    return forking_of(())
+
+
 @pytest.fixture
-def computer(tmp_path: Path) -> Iterator[Computer]:
-    computer = Computer(tmp_path, ())
+def computer(forking: Forking, tmp_path: Path) -> Iterator[Computer]:
+    computer = Computer(tmp_path, forking)
     yield computer
     computer.stop()
 
@@ -58,6 +64,14 @@ def computer(tmp_path: Path) -> Iterator[Computer]:
 def run(computer: Computer, step: Any, *arguments: Any, report: Any = lambda progress: None,
         require_wanted: Any = lambda: None, **options: float) -> Any:
     return computer.run(step, *arguments, report=report, require_wanted=require_wanted, **options)
+
+
+def require_ended(pid: int) -> None:
+    """Wait until a killed process has ended, which it has not yet where its files are closed."""
+    deadline = time.monotonic() + 60
+    while is_running(pid):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
 
 
 def is_running(pid: int) -> bool:
@@ -78,7 +92,7 @@ def test_a_cancelled_step_ends_in_the_middle(computer: Computer) -> None:
     with pytest.raises(Cancelled):
         run(computer, endless, report=reports.append, require_wanted=require_wanted)
     assert time.monotonic() < begin + 60
-    assert not is_running(reports[0]["pid"])
+    require_ended(reports[0]["pid"])
     after = run(computer, process)
     assert after not in (reports[0]["pid"], os.getpid())
     assert run(computer, process) == after
@@ -106,7 +120,7 @@ def test_a_step_whose_time_ends_leaves_what_it_has_kept(computer: Computer, coun
         run(computer, keeping, count, seconds=1.0)
     assert ended.value.kept == kept
     assert 1.0 <= ended.value.seconds < 30
-    assert not is_running(pid)
+    require_ended(pid)
     assert run(computer, process) != pid
 
 
@@ -122,16 +136,16 @@ def test_errors_come_back_and_a_crash_is_one(computer: Computer) -> None:
     after = run(computer, process)
     assert after != pid
     os.kill(after, signal.SIGKILL)  # between two steps
-    while computer._process.is_alive():  # /proc shows a zombie while its last threads still end
-        time.sleep(0.01)
+    require_ended(after)
     assert run(computer, process) != after
 
 
 def test_the_process_ends_with_the_worker(tmp_path: Path) -> None:
     code = ("import os, sys; from pathlib import Path; sys.path.insert(0, sys.argv[1])\n"
-            "from test_computing import endless, run; from worker.computing import Computer\n"
+            "from test_computing import endless, run; from worker.computing import Computer, forking_of\n"
             "if __name__ == '__main__':\n"
-            "    run(Computer(Path('.'), ()), endless, report=lambda progress: print(progress['pid'], flush=True))")
+            "    run(Computer(Path('.'), forking_of(())), endless,\n"
+            "        report=lambda progress: print(progress['pid'], flush=True))")
     (tmp_path / "start.py").write_text(code)
     worker = subprocess.Popen([sys.executable, tmp_path / "start.py", Path(__file__).parent], stdout=subprocess.PIPE,
                               env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])})
@@ -140,7 +154,4 @@ def test_the_process_ends_with_the_worker(tmp_path: Path) -> None:
     assert is_running(pid)
     worker.kill()
     worker.wait()
-    deadline = time.monotonic() + 60
-    while is_running(pid):
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    require_ended(pid)

@@ -26,7 +26,7 @@ from slipstick.errors import InvalidValue
 from slipstick.table import Table
 from worker import simulators
 from worker.__main__ import main
-from worker.computing import Computer, Report
+from worker.computing import Computer, Report, forking_of
 from worker.simulators import Simulators
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -319,7 +319,7 @@ def simulating(library: object, report: Report, folder: Path) -> None:
 
 
 def test_a_job_runs_a_simulator_which_ends_with_it(trouble: Path) -> None:
-    computer, reports = Computer(trouble, ()), []
+    computer, reports = Computer(trouble, forking_of(())), []
 
     def require_wanted() -> None:
         if reports:
