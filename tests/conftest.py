@@ -28,6 +28,7 @@ import slipstick
 from slipstick.clutch.ensemble import shifting_times
 from slipstick.interface.study import Study
 from slipstick.recordings import Recordings
+from slipstick.studies import examine as examine_blocks
 from slipstick.table import Axis, Grid
 from tests import postgresql as postgresql_server
 from tests.benches import HEAVY, NOMINAL
@@ -86,13 +87,28 @@ def few_recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def study_of_few(few_recordings: Path, once: Once) -> Study:
-    """The study of `few` with default settings, which all processes of the tests share."""
-    def compute() -> Study:
-        return slipstick.study(HEAVY, Recordings.open(few_recordings / "few.h5"), progress=False, name="few")
+def studied_few(few_recordings: Path, once: Once) -> tuple[Study, dict[str, Any]]:
+    """The study of `few` with default settings, and what is named in it, which all processes of the tests share."""
+    def compute() -> tuple[Study, dict[str, Any]]:
+        named: dict[str, Any] = {}
 
-    study: Study = once("study_of_few", compute)
-    return study
+        def examine(*arguments: Any) -> dict[str, Any]:
+            named.update(examine_blocks(*arguments))
+            return named
+
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("slipstick.interface.study.examine", examine)
+            recordings = Recordings.open(few_recordings / "few.h5")
+            return slipstick.study(HEAVY, recordings, progress=False, name="few"), named
+
+    studied: tuple[Study, dict[str, Any]] = once("studied_few", compute)
+    return studied
+
+
+@pytest.fixture(scope="session")
+def study_of_few(studied_few: tuple[Study, dict[str, Any]]) -> Study:
+    """The study of `few` with default settings."""
+    return studied_few[0]
 
 
 @pytest.fixture(scope="session")
