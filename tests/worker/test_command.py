@@ -110,23 +110,52 @@ def port() -> int:
         return int(probe.getsockname()[1])
 
 
-def start(tmp_path: Path, port: int, *options: str, before: tuple[str, ...] = ()) -> subprocess.Popen[str]:
-    words = [*before, sys.executable, "-m", "worker", "serve", "--port", str(port), "--jobs",
-             f"sqlite:///{tmp_path}/jobs.sqlite", "--tables", f"{tmp_path}/new/tables", "--no-compile", *options]
+WORDS = ("serve", "--jobs", "sqlite:///jobs.sqlite", "--tables", "new/tables", "--no-compile")
+IDLE = """if True:
+    import sys
+    from worker import serve
+    from worker.__main__ import command
+    serve.SERVICE, serve.PACKAGE = "idle_service", "idle_worker"
+    command()
+"""
+
+
+def start(tmp_path: Path, *words: str) -> subprocess.Popen[str]:
     return subprocess.Popen(words, cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(ROOT)}, stdin=subprocess.DEVNULL,
                             stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
 
 
-def serving(tmp_path: Path, port: int, *options: str, before: tuple[str, ...] = ()) -> subprocess.Popen[str]:
-    process = start(tmp_path, port, *options, before=before)
+def serving(tmp_path: Path, port: int) -> subprocess.Popen[str]:
+    process = start(tmp_path, sys.executable, "-m", "worker", *WORDS, "--with-worker", "--port", str(port))
     for _ in range(300):
         try:
             with urllib.request.urlopen(f"http://127.0.0.1:{port}/v1/health", timeout=5) as response:
-                if b'"workers":1' in response.read() or "--with-worker" not in options:
+                if b'"workers":1' in response.read():
                     return process
         except OSError:
             assert process.poll() is None, process.stderr and process.stderr.read()
         time.sleep(0.1)
+    raise TimeoutError
+
+
+def idling(tmp_path: Path, *options: str, before: tuple[str, ...] = (), service: str = "time.sleep(60)"
+           ) -> subprocess.Popen[str]:
+    """The same with two programs that do nothing, instead of service and worker, which take seconds to start."""
+    for name, code in (("service", service), ("worker", "time.sleep(60)")):
+        (tmp_path / f"idle_{name}.py").write_text(
+            f"import os, pathlib, time\npathlib.Path('{name}').write_text(str(os.getpid()))\n{code}\n")
+    process = start(tmp_path, *before, sys.executable, "-c", IDLE, *WORDS, *options)
+    for name in ("service", *(["worker"] if "--with-worker" in options else [])):
+        number_of(tmp_path, name)
+    return process
+
+
+def number_of(tmp_path: Path, name: str) -> int:
+    """The number of the process of an idle program, when it runs."""
+    for _ in range(3000):
+        if (path := tmp_path / name).exists() and (number := path.read_text()):
+            return int(number)
+        time.sleep(0.01)
     raise TimeoutError
 
 
@@ -151,24 +180,18 @@ def is_running(number: int) -> bool:
     return "\nState:\tZ" not in Path(f"/proc/{number}/status").read_text()
 
 
-@pytest.mark.parametrize(("before", "number", "status"), [(("nohup",), signal.SIGTERM, 0), ((), signal.SIGINT, 130)])
-def test_service_and_worker_start_in_a_new_folder_and_end_together(
-        tmp_path: Path, port: int, before: tuple[str, ...], number: signal.Signals, status: int) -> None:
-    process = serving(tmp_path, port, "--with-worker", before=before)
+def test_service_and_worker_start_in_a_new_folder_and_end_together(tmp_path: Path, port: int) -> None:
+    process = serving(tmp_path, port)
     programs = children(process)
     assert len(programs) == 2
     helpers = [helper for program in programs for helper in descendants(program)]
     assert helpers  # of the worker
     assert sorted(path.name for path in (tmp_path / "new" / "tables").iterdir()) == [
         "compact.toml", "heavy.toml", "sample.h5"]
-    if before:
-        process.send_signal(signal.SIGHUP)
-        with pytest.raises(subprocess.TimeoutExpired):
-            process.wait(timeout=1)
-    process.send_signal(number)
+    process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=30)
-    assert process.returncode == status
-    assert said.startswith(f"Put heavy.toml, compact.toml, sample.h5 into the folder {tmp_path}/new/tables\n")
+    assert process.returncode == 130
+    assert said.startswith("Put heavy.toml, compact.toml, sample.h5 into the folder new/tables\n")
     assert not any(is_running(program) for program in programs)
     end = time.monotonic() + 10
     while any(map(is_running, helpers)):
@@ -176,28 +199,42 @@ def test_service_and_worker_start_in_a_new_folder_and_end_together(
         time.sleep(0.05)
 
 
-def test_when_one_of_both_ends_the_other_does_too(tmp_path: Path, port: int) -> None:
-    process = serving(tmp_path, port, "--with-worker")
-    service, worker = children(process)
-    os.kill(service, signal.SIGKILL)
+def test_both_go_on_without_their_terminal_until_they_are_ended(tmp_path: Path) -> None:
+    process = idling(tmp_path, "--with-worker", before=("nohup",))
+    programs = children(process)
+    assert programs == sorted((number_of(tmp_path, "service"), number_of(tmp_path, "worker")))
+    process.send_signal(signal.SIGHUP)
+    with pytest.raises(subprocess.TimeoutExpired):
+        process.wait(timeout=1)
+    process.send_signal(signal.SIGTERM)
+    process.communicate(timeout=30)
+    assert process.returncode == 0
+    assert not any(is_running(program) for program in programs)
+
+
+def test_when_one_of_both_ends_the_other_does_too(tmp_path: Path) -> None:
+    process = idling(tmp_path, "--with-worker")
+    os.kill(number_of(tmp_path, "service"), signal.SIGKILL)
     _, said = process.communicate(timeout=30)
     assert "The service was ended by SIGKILL, and the other program ends with it" in said
     assert process.returncode == 128 + signal.SIGKILL
-    assert not is_running(worker)
+    assert not is_running(number_of(tmp_path, "worker"))
 
 
 def test_a_service_that_cannot_start_leaves_no_worker(tmp_path: Path) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        process = start(tmp_path, taken.getsockname()[1], "--with-worker")
-        _, said = process.communicate(timeout=60)
+    refused = "while not pathlib.Path('worker').exists():\n    time.sleep(0.01)\nraise SystemExit(1)"
+    process = idling(tmp_path, "--with-worker", service=refused)
+    _, said = process.communicate(timeout=60)
     assert process.returncode == 1
-    assert "Address already in use. Set SLIPSTICK_PORT" in said
     assert "Traceback" not in said
+    assert not is_running(number_of(tmp_path, "worker"))
 
 
-def test_the_service_alone_is_the_process_of_the_command(tmp_path: Path, port: int) -> None:
-    process = serving(tmp_path, port)
-    assert b"service" in Path(f"/proc/{process.pid}/cmdline").read_bytes().split(b"\0")[2]
+def test_the_service_alone_is_the_process_of_the_command(tmp_path: Path) -> None:
+    process = idling(tmp_path, "--port", "1")
+    assert process.pid == number_of(tmp_path, "service")
+    assert b"idle_service" in Path(f"/proc/{process.pid}/cmdline").read_bytes().split(b"\0")
+    assert b"SLIPSTICK_PORT=1" in Path(f"/proc/{process.pid}/environ").read_bytes().split(b"\0")
     process.send_signal(signal.SIGTERM)
     process.communicate(timeout=30)
-    assert process.returncode == -signal.SIGTERM  # as uvicorn ends
+    assert process.returncode == -signal.SIGTERM
