@@ -11,10 +11,13 @@ import tomllib
 import venv
 import zipfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from slipstick.interface.study import Study
+from slipstick.recordings import Recordings
 from tests.test_licences import BUNDLES, licence_texts
 
 ROOT = Path(__file__).parents[1]
@@ -68,12 +71,17 @@ Run = Callable[..., subprocess.CompletedProcess[str]]
 
 
 @pytest.fixture(scope="module")
-def run(source: Path, wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Run:
+def empty(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("empty")
+
+
+@pytest.fixture(scope="module")
+def run(source: Path, wheel: Path, empty: Path, tmp_path_factory: pytest.TempPathFactory) -> Run:
     """A function that runs a program of an environment with the wheel, in an empty folder.
 
     The environment has the dependencies of this one, but not this repository: a path in a .pth file is searched without
-    the .pth files in it, such as that of an editable installation. The machine code of numba, which takes a minute to
-    make, is that of the repository: it counts for files of the same size and time.
+    the .pth files in it, such as that of an editable installation. Compiled modules and machine code of numba, which
+    take a minute to make, are those of the repository: they count for files of the same size and time.
     """
     folder = tmp_path_factory.mktemp("installed")
     venv.create(folder / "env", symlinks=True)
@@ -87,14 +95,13 @@ def run(source: Path, wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> 
             copy = packages / package / path.relative_to(ROOT / FOLDERS[package])
             if path.suffix == ".py" and copy.exists():
                 os.utime(copy, ns=(path.stat().st_atime_ns, path.stat().st_mtime_ns))
-            elif path.suffix in (".nbi", ".nbc"):
+            elif path.suffix in (".pyc", ".nbi", ".nbc"):
                 copy.parent.mkdir(exist_ok=True)
                 shutil.copy(path, copy)
-    (folder / "empty").mkdir()
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
 
     def start(program: str, *arguments: str, check: bool = True) -> subprocess.CompletedProcess[str]:
-        ran = subprocess.run([binaries / program, *arguments], cwd=folder / "empty", env=environment, text=True,
+        ran = subprocess.run([binaries / program, *arguments], cwd=empty, env=environment, text=True,
                              capture_output=True, check=False)
         assert not check or ran.returncode == 0, ran.stderr
         return ran
@@ -147,12 +154,36 @@ print(bool(np.all(within & (spread.std > 0))))
     assert run("python", "-c", code).stdout.split("\n")[:3] == ["heavy compact 54", "2 2 2", "True"]
 
 
-LESS = {'open("sample")': 'open("sample").take(range(0, 54, 2))', "(0.5, 2, 50)": "(0.5, 2, 9)",
-        "conditions=[0, 20, 53]": "conditions=[0, 10, 26]", "fit(table, runs, ": "fit(table, runs, generations=2, "}
-"""Changes of the quickstart: half of the recordings, fewer points, and a shorter search."""
+def test_a_study_examines_the_first_blocks(run: Run) -> None:
+    code = """
+import slipstick
+
+def stop_in_the_middle(doing, done):
+    if done > 0.4:
+        raise InterruptedError(doing)
+
+slipstick.study("heavy", slipstick.Recordings.open("sample").take(range(24)), progress=stop_in_the_middle)
+"""
+    assert "InterruptedError: step 6 of 12: Block" in run("python", "-c", code, check=False).stderr
+
+
+LESS = {'Recordings.open("sample")': 'Recordings.open("few.h5")',
+        'study(bench, runs, budget="5 min", progress=False, name="sample")': 'open_result("few.json")',
+        "(0.5, 2, 50)": "(0.5, 2, 9)", "conditions=[0, 20, 53]": "conditions=[0, 10, 23]",
+        "fit(table, runs, ": "fit(table, runs, generations=2, "}
+"""Changes of the quickstart: a study that is computed already, fewer points, and a shorter search."""
+
+
+@pytest.fixture(scope="module")
+def few(study_of_few: Study, few_recordings: Path, empty: Path) -> None:
+    """The study that all tests share, and its recordings, in the empty folder."""
+    said = Recordings.open("sample").description
+    (empty / "few.h5").write_bytes(replace(Recordings.open(few_recordings / "few.h5"), description=said).to_bytes())
+    study_of_few.save(empty / "few.json")
 
 
 @pytest.mark.parametrize("changes", [LESS, pytest.param({}, marks=pytest.mark.slow)], ids=["less", "whole"])
+@pytest.mark.usefixtures("few")
 def test_the_quickstart_runs_without_the_repository(run: Run, changes: dict[str, str]) -> None:
     """What it prints is what is kept in it; of less, but for the numbers."""
     cells = json.loads((ROOT / "docs" / "quickstart.ipynb").read_text())["cells"]
