@@ -80,6 +80,8 @@ def _valve_slope(lanes: Lanes, q: Quantities, current: np.ndarray, slope: np.nda
                  excess_rate: np.ndarray) -> np.ndarray:
     """Return the rate (n,) in A/s of the `current` of the valve, after effects, from those of its abscissas."""
     commanded = q["current"]
+    if not lanes.is_affected("valve_current"):
+        return slope * (commanded + 1e-6 - commanded) / 1e-6  # rounded as below: draws are the same to the last digit
     later = lanes.with_effects("valve_current", commanded + 1e-6, {**q, "current": commanded + 1e-6})
     excess = lanes.with_effects("valve_current", commanded, {**q, "current_excess": q["current_excess"] + 1e-6})
     return (slope * (later - current) + excess_rate * (excess - current)) / 1e-6
@@ -145,10 +147,11 @@ def compliance(lanes: Lanes, state: np.ndarray, q: Quantities) -> np.ndarray:
 
 def _converter_torque(lanes: Lanes, speed: np.ndarray) -> np.ndarray:
     bench, motor_speed = lanes.bench, lanes.motor_speed
-    largest = (np.max(bench.motor_speed) / bench.capacity[0]) ** 2
-    for _ in range(2 if lanes.sag else 0):
-        pump = (motor_speed / np.interp(speed / motor_speed, bench.speed_ratio, bench.capacity)) ** 2
-        motor_speed = lanes.motor_speed * (1 - lanes.sag * pump / largest)
+    if lanes.sag:
+        largest = (np.max(bench.motor_speed) / bench.capacity[0]) ** 2
+        for _ in range(2):
+            pump = (motor_speed / np.interp(speed / motor_speed, bench.speed_ratio, bench.capacity)) ** 2
+            motor_speed = lanes.motor_speed * (1 - lanes.sag * pump / largest)
     ratio = speed / motor_speed
     capacity = np.interp(ratio, bench.speed_ratio, bench.capacity)
     return motor_speed**2 * (np.interp(ratio, bench.speed_ratio, bench.torque_ratio) / capacity**2)
