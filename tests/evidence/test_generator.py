@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scipy.signal import argrelmin
 
+from evidence.generator import strength as strength_module
 from evidence.generator.bad_runs import KINDS, BadRun, corrupt, draw, stick
 from evidence.generator.bench import SENSORS
 from evidence.generator.case import Hidden, bad_runs_of, choose_runs, measure, measure_further, simulate
@@ -64,10 +65,11 @@ def test_nominal_shifting_times_agree_with_the_reference(nominal_run: Run) -> No
     nominal, *corners = np.loadtxt(DATA / "shifting_times.csv", delimiter=",", skiprows=1)[:, 1:].T
     assert np.max(np.abs(nominal_run.lock_time - nominal)) < 1e-5
     engagements, subset = nominal_run.engagements, np.arange(0, 216, 7)
-    for (bias, position), times in zip(product((0.5, 1.5), repeat=2), corners, strict=True):
-        values = {**engagements.values, "aa": 1.6 * bias + 0 * times, "x30": 5e-4 * position + 0 * times}
-        corner = observe(replace(engagements, values=values).take(subset), subset, subset)
-        assert np.max(np.abs(corner.lock_time - times[subset])) < 1e-5
+    lanes = engagements.take(np.tile(subset, 4))  # of all corners in one integration
+    bias, position = (np.repeat(column, len(subset)) for column in zip(*product((0.5, 1.5), repeat=2), strict=True))
+    each = np.arange(len(bias))
+    corner = observe(replace(lanes, values={**lanes.values, "aa": 1.6 * bias, "x30": 5e-4 * position}), each, each)
+    assert np.max(np.abs(corner.lock_time - np.ravel([times[subset] for times in corners]))) < 1e-5
 
 
 def test_nominal_signals_agree_with_the_reference(nominal_run: Run) -> None:
@@ -155,7 +157,9 @@ def test_a_response_makes_the_reading_of_its_sensor_late() -> None:
     np.testing.assert_array_equal(hidden.readings["input_speed"], plain.readings["input_speed"])
 
 
-def test_the_strength_is_the_residual_after_a_fit_over_the_noise(drawn: Run) -> None:
+def test_the_strength_is_the_residual_after_a_fit_over_the_noise(drawn: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in (("LANES", 6), ("RELATIVE", 1e-3)):
+        monkeypatch.setattr(strength_module, name, value)
     ranges = drawn.engagements.bench.ranges
     scale, finer = (Scale(drawn, {name: share * ranges[name] for name in SENSORS}) for share in (0.01, 0.005))
     wave = Effect(("friction coefficient", "slip"), "torque", "friction_coefficient", "slip", "ratio",

@@ -5,6 +5,7 @@ import json
 import sys
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import h5py
@@ -30,8 +31,8 @@ from evidence.judge import judge
 FOLDER = Path(__file__).parents[2] / "evidence" / "generator"
 LINE = Curve("line", np.array([0.0, 1.0]), np.array([0.0, 1.0]))
 CONSTANT = Curve("constant", np.array([0.0, 1.0]), np.ones(2))
-SEEDS = (*range(0, 16, 2), 1, 7, 15)
-"""More of the tanks, which take less time."""
+SEEDS = (0, 6, 10, 14, 1, 7, 15)
+"""More of the tanks, which take less time; four have no effect."""
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +40,7 @@ def cases() -> dict[int, MachineCase]:
     return {seed: draw_machine_case(seed) for seed in SEEDS}
 
 
+@cache
 def nominal_runs(machine: str, seed: int = 1) -> Runs:
     random = np.random.default_rng(seed)
     return draw_nominal(machine, draw_values(machine, random), random)[0]
@@ -84,11 +86,11 @@ def test_levels_agree_with_another_integration() -> None:
     assert signals["level 1"].max() > tanks.BRIM + 0.02
     for tank in (1, 2):
         assert np.abs(signals[f"level {tank}"][0] - solved.y[tank - 1] / p[f"area {tank}"]).max() < 2e-6
-    assert np.abs(signals["level 1"] - simulate(runs).signals["level 1"]).max() > 0.01
+    assert np.abs(signals["level 1"] - simulate(runs, tanks.COARSE).signals["level 1"]).max() > 0.01
 
 
 def test_tanks_without_an_outlet_keep_what_is_pumped() -> None:
-    runs = nominal_runs("two tanks").times_factors({"outlet 2": 0.0})
+    runs = replace(nominal_runs("two tanks"), count=100).times_factors({"outlet 2": 0.0})
     inputs = prepare_inputs(runs, tanks.FINE)
     levels = tanks.integrate(runs, inputs)
     volume = sum(levels[f"level {tank}"] * runs.values[f"area {tank}"][:, None] for tank in (1, 2))
@@ -154,7 +156,7 @@ def test_a_rotor_rests_until_the_torque_of_the_current_exceeds_what_holds_it() -
     p = {name: column[0] for name, column in runs.values.items()}
     enough = (p["dry torque"] + 0.03) * p["resistance value"] / p["motor constant"]
     ramp = np.tile([0.0, 0.1, 10.0], (3, 1))
-    still = replace(runs, conditions={"load torque": np.full(3, 0.03)}, corner_time=ramp,
+    still = replace(runs, count=200, conditions={"load torque": np.full(3, 0.03)}, corner_time=ramp,
                     corner_value=enough * np.array([[0.0, 0.99, 0.99], [0.0, 1.01, 1.01], [0.0, -1.01, -1.01]]))
     signals = simulate(still).signals
     assert np.all(signals["speed"][0] == 0)
@@ -202,14 +204,14 @@ def test_words_of_pairs() -> None:
 
 
 def test_equal_pairs_give_equal_recordings() -> None:
-    runs = nominal_runs("two tanks").take(np.arange(4))
+    runs = replace(nominal_runs("two tanks").take(np.arange(4)), count=200)
     gain = runs.values["pump gain"][0]
     over_level = [runs.with_change(Change((quantity, "level 1"), quantity, "level 1", LINE, 0.0, 1.0),
                                    np.full(4, amplitude)) for quantity, amplitude in (
         ("voltage", -1.0), ("leak 1", gain))]
     first, second = (simulate(each, 2).signals["level 1"] for each in over_level)
     np.testing.assert_allclose(first, second, atol=1e-12)
-    machine = nominal_runs("dc motor").take(np.arange(4))
+    machine = replace(nominal_runs("dc motor").take(np.arange(4)), count=200)
     over_current = [machine.with_change(Change((quantity, "current"), quantity, "current", LINE, -10.0, 10.0),
                                         np.full(4, amplitude)) for quantity, amplitude in (
         ("voltage", -1.0), ("brush voltage", 1.0))]
@@ -240,9 +242,10 @@ def test_a_seed_determines_a_case(cases: dict[int, MachineCase]) -> None:
     for case in (cases[10], cases[15]):
         again = draw_machine_case(case.seed)
         assert again.name == case.name
-        first, second = (simulate(each.runs.take(np.arange(3)), 2).signals for each in (case, again))
+        first, second = (simulate(replace(each.runs.take(np.arange(3)), count=100), 2).signals
+                         for each in (case, again))
         assert all(np.array_equal(first[name], second[name]) for name in first)
-    assert not np.array_equal(cases[0].runs.corner_value[0], cases[2].runs.corner_value[0])
+    assert not np.array_equal(cases[0].runs.corner_value[0], cases[10].runs.corner_value[0])
 
 
 @pytest.mark.parametrize("seed", [0, 1])
