@@ -16,7 +16,7 @@ from slipstick.recordings.signals import SIGNAL_UNITS
 from tests.benches import HEAVY
 from tests.slipstick.naming.engagements import scene_of
 
-BAD = 11
+BAD, FEW = 11, 16
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +68,8 @@ def test_good_engagements_are_kept(scene: Scene) -> None:
 
 
 def test_an_engagement_that_only_the_clutch_does_not_explain_is_set_aside(
-        scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    few, settings = scene_of(HEAVY, Model(HEAVY.physics), FEW, seed=1), NamingSettings(fewest=FEW)
     judged = list[int]()
 
     def outlying_in_clutch(chi_squares: Sequence[np.ndarray], settings: NamingSettings) -> np.ndarray:
@@ -78,5 +79,5 @@ def test_an_engagement_that_only_the_clutch_does_not_explain_is_set_aside(
         return np.array([BAD])
 
     monkeypatch.setattr(study, "outlying", outlying_in_clutch)
-    assert study.name(HEAVY, scene.recordings).set_aside == (BAD,)
-    assert judged == [30, *[29] * 5]  # at last all blocks but full contact, for what is left
+    assert study.name(HEAVY, few.recordings, settings).set_aside == (BAD,)
+    assert judged == [FEW, *[FEW - 1] * 5]  # at last all blocks but full contact, for what is left

@@ -78,7 +78,7 @@ def test_a_lag_between_is_a_combination_of_those_of_the_basis(lag: float) -> Non
 # Lags of friction and converter that change within an engagement: the kernel, and what is found with it.
 
 
-SETTINGS, COUNT, SEED = NamingSettings(), 24, 5
+SETTINGS, COUNT, FEWER, SEED = NamingSettings(), 24, 12, 5
 CLOCK = np.linspace(0, 1.0, 201)
 READ = np.stack([np.clip(CLOCK - 0.2, 0, 0.3), np.sin(8 * CLOCK)])
 OVER_SPEED, OVER_SLIP = ("friction lag", "output speed"), ("converter lag", "slip")
@@ -191,7 +191,7 @@ LATE = 0.02
 
 def late(effect: str) -> tuple[CurvedFit, dict[str, BlockFit]]:
     """The clutch with a lag, and what the torque drives, of engagements with an effect of `LATE` s."""
-    scene = scene_of(HEAVY, Model(HEAVY.physics).with_effect(effect, {"lag": LATE}), COUNT, SEED)
+    scene = scene_of(HEAVY, Model(HEAVY.physics).with_effect(effect, {"lag": LATE}), FEWER, SEED)
     block, contact = block_of("clutch", scene), fit(block_of("contact", scene))
     assert isinstance(block, ClutchBlock)
     clutch = settled(block, search(block, np.zeros(1), ()), np.zeros(1), (OF_FRICTION,),
@@ -219,12 +219,12 @@ DURATION = 2.2
 
 def relaxing(size: float) -> ValveBlock:
     """A valve block in whose recordings the current is larger while it rises, by a share `size` of its excess."""
-    scene = scene_of(HEAVY, Model(HEAVY.physics), COUNT, SEED)
+    scene = scene_of(HEAVY, Model(HEAVY.physics), FEWER, SEED)
     block = ValveBlock(scene)
     delay = scene.value("current_delay")
     excess = block.current - lagged_signal(block.current, block.times, np.array([DURATION * delay]))
     demand = scene.value("current_gain") * size * np.maximum(excess, 0.0)
-    change = valve_response(scene.step / 2, demand[:, None], np.full(COUNT, delay))[:, 0, ::2]
+    change = valve_response(scene.step / 2, demand[:, None], np.full(FEWER, delay))[:, 0, ::2]
     signals = {name: scene.measured(name) for name in scene.signals.names}
     signals["pressure"] = signals["pressure"] + change
     return ValveBlock(replace(scene, recordings=replace(scene.recordings, signals=Signals(scene.time, **signals))))
@@ -250,7 +250,7 @@ def test_without_relaxation_nothing_depends_on_the_past() -> None:
 
 def test_the_width_of_play_does_not_depend_on_the_columns_of_relaxation() -> None:
     model = Model(HEAVY.physics).with_effect("valve_hysteresis", {"width": 0.012})
-    block = ValveBlock(scene_of(HEAVY, model, COUNT, SEED))
+    block = ValveBlock(scene_of(HEAVY, model, FEWER, SEED))
     widths = []
     for finer in range(finest(block, PAST) + 1):
         block.finer = {PAST: finer}
@@ -260,7 +260,7 @@ def test_the_width_of_play_does_not_depend_on_the_columns_of_relaxation() -> Non
 
 
 def test_more_pieces_follow_a_law_that_is_steep_where_the_current_turns_round() -> None:
-    block = ValveBlock(scene_of(HEAVY, Model(HEAVY.physics), COUNT))
+    block = ValveBlock(scene_of(HEAVY, Model(HEAVY.physics), FEWER))
     delay = block.scene.value("current_delay")
     excess = block.current - lagged_signal(block.current, block.times, np.array([DURATION * delay]))
     law = np.tanh(excess / (0.03 * np.abs(excess).max())).ravel()

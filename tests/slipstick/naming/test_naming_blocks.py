@@ -18,7 +18,7 @@ from tests.benches import BENCHES, HEAVY
 from tests.slipstick.naming.engagements import block_of, scene_of
 
 both = pytest.mark.parametrize("bench", BENCHES, ids=lambda bench: bench.name)
-COUNT, NAMES = 13, ("valve", "load", "input", "lock", "clutch", "contact")
+COUNT, NAMES = 7, ("valve", "load", "input", "lock", "clutch", "contact")
 each = pytest.mark.parametrize("name", NAMES)
 
 WITHIN = {"valve": 0.05, "load": 0.8, "input": 0.9, "lock": 0.2, "clutch": 0.5, "contact": 0.1}

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from slipstick.naming.settings import NamingSettings
 from slipstick.naming.study import Naming, name
 from slipstick.numerics import threads
 from slipstick.recordings import Recordings
@@ -39,7 +40,7 @@ def test_an_error_of_a_part_is_raised(count: int, monkeypatch: pytest.MonkeyPatc
 
 def named(count: int, monkeypatch: pytest.MonkeyPatch) -> Naming:
     allow(count, monkeypatch)
-    return name(HEAVY, Recordings.open(MEASURED).take(np.arange(0, 216, 9)))
+    return name(HEAVY, Recordings.open(MEASURED).take(np.arange(0, 216, 18)), NamingSettings(fewest=12, most=1))
 
 
 def test_naming_in_two_threads_is_that_in_one(monkeypatch: pytest.MonkeyPatch) -> None:
