@@ -67,7 +67,7 @@ def test_means_and_scatter_are_recovered_from_the_nominal_start(bench: Bench, ev
 
 
 def test_no_scatter_is_found_where_there_is_none_and_intervals_are_narrow() -> None:
-    none, some = calibrated(COMPACT, 3, 0.0), calibrated(COMPACT, 3)
+    none, some = calibrated(COMPACT, 6, 0.0), calibrated(COMPACT, 6)
     assert np.all(multiples(none, none.scatter) < 0.1 * SCATTER)
     assert np.max(np.abs(mean(none) - MEAN)) < 0.01
     assert np.all(np.diff(none.interval)[:, 0] < 0.5 * np.diff(some.interval)[:, 0])
@@ -96,8 +96,8 @@ def test_a_missing_effect_raises_chi_square_although_every_run_has_its_own_param
 
 
 def test_a_calibration_whose_time_budget_ends_is_partial() -> None:
-    whole, iterations = calibrated(COMPACT, 3), list[int]()
-    partial = calibrate(recordings(COMPACT, 3), COMPACT, report=lambda _, count, __: iterations.append(count),
+    whole, iterations = calibrated(COMPACT, 6), list[int]()
+    partial = calibrate(recordings(COMPACT, 6), COMPACT, report=lambda _, count, __: iterations.append(count),
                         budget=0.0)
     assert iterations == [1]
     assert partial.spec()["partial"] == {"budget": 0.0, "done": ["iterations: 1"], "missing": ["convergence"]}
@@ -108,7 +108,7 @@ def test_a_calibration_whose_time_budget_ends_is_partial() -> None:
 
 
 def test_the_result_says_of_which_bench_it_is() -> None:
-    spec = calibrated(COMPACT, 3).spec()
+    spec = calibrated(COMPACT, 6).spec()
     assert (spec["bench"], spec["bench_digest"]) == ("compact", COMPACT.digest)
     assert spec["sensing_digest"] == COMPACT.sensing_digest
     assert Model.from_spec(spec["model"]).physics.digest == COMPACT.digest
@@ -165,7 +165,7 @@ def test_what_the_other_signals_determine_is_recovered_and_the_rest_is_listed(
 
 
 def test_nothing_is_listed_where_all_signals_are_recorded() -> None:
-    found = calibrated(COMPACT, 3)
+    found = calibrated(COMPACT, 6)
     assert found.undetermined == ()
     assert found.signals == tuple(SIGNAL_UNITS)
     assert "Not " not in calibration_text(found)

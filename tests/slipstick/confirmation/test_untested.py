@@ -8,6 +8,7 @@ import pytest
 from slipstick.clutch import effects
 from slipstick.clutch.model import Model
 from slipstick.confirmation import SimulationFit, Terms, Traces
+from slipstick.confirmation import explanations as explanations_module
 from slipstick.confirmation.explanations import Explanation, explanations
 from slipstick.confirmation.fit import fit_simulation, polished
 from slipstick.confirmation.promised import estimate_likelihoods
@@ -127,7 +128,8 @@ def test_shifting_times_of_the_model_show_nothing(times: SimulationFit) -> None:
         assert np.all(np.abs(one.change) < 5 * np.array(one.error))
 
 
-def test_a_study_of_shifting_times_says_what_can_be_said() -> None:
+def test_a_study_of_shifting_times_says_what_can_be_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(explanations_module, "_FITTED", 1)
     settings, whole = StudySettings(), only(NOMINAL)
     late = later(whole, whole.conditions.current_profile == 3, 0.1)
     result, figures = conclude(settings, HEAVY, late, examine(settings, HEAVY, late))
