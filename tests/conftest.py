@@ -28,7 +28,7 @@ import slipstick
 from slipstick.clutch.ensemble import shifting_times
 from slipstick.interface.study import Study
 from slipstick.recordings import Recordings
-from slipstick.studies import examine as examine_blocks
+from slipstick.studies import examine
 from slipstick.table import Axis, Grid
 from tests import postgresql as postgresql_server
 from tests.benches import HEAVY, NOMINAL
@@ -87,28 +87,29 @@ def few_recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def studied_few(few_recordings: Path, once: Once) -> tuple[Study, dict[str, Any]]:
-    """The study of `few` with default settings, and what is named in it, which all processes of the tests share."""
-    def compute() -> tuple[Study, dict[str, Any]]:
-        named: dict[str, Any] = {}
+def watched_study_of_few(few_recordings: Path, once: Once) -> tuple[Study, list[dict[str, Any]]]:
+    """The study of `few` with default settings, and what it keeps on the way; all processes of the tests share it."""
+    def compute() -> tuple[Study, list[dict[str, Any]]]:
+        kept = list[dict[str, Any]]()
 
-        def examine(*arguments: Any) -> dict[str, Any]:
-            named.update(examine_blocks(*arguments))
-            return named
+        def watch(*arguments: Any) -> dict[str, Any]:
+            *others, keep = arguments
+            kept.append(examine(*others, lambda named: keep(named) or kept.append(named)))
+            return kept[-1]
 
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("slipstick.interface.study.examine", examine)
+            patch.setattr("slipstick.interface.study.examine", watch)
             recordings = Recordings.open(few_recordings / "few.h5")
-            return slipstick.study(HEAVY, recordings, progress=False, name="few"), named
+            return slipstick.study(HEAVY, recordings, progress=False, name="few"), kept
 
-    studied: tuple[Study, dict[str, Any]] = once("studied_few", compute)
-    return studied
+    watched: tuple[Study, list[dict[str, Any]]] = once("study_of_few", compute)
+    return watched
 
 
 @pytest.fixture(scope="session")
-def study_of_few(studied_few: tuple[Study, dict[str, Any]]) -> Study:
+def study_of_few(watched_study_of_few: tuple[Study, list[dict[str, Any]]]) -> Study:
     """The study of `few` with default settings."""
-    return studied_few[0]
+    return watched_study_of_few[0]
 
 
 @pytest.fixture(scope="session")

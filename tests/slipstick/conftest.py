@@ -12,6 +12,7 @@ from slipstick.clutch import ensemble
 from slipstick.clutch.ensemble import shifting_times, signals
 from slipstick.clutch.model import Model
 from slipstick.interface.study import Study
+from slipstick.pictures import rendering
 from slipstick.recordings import Recordings
 from slipstick.recordings.signals import SIGNAL_UNITS, Signals
 from slipstick.studies import StudyResult, StudySettings, conclude, examine
@@ -57,6 +58,13 @@ def bench(recordings: Recordings, model: Model) -> Recordings:
     measured = Signals(time, *(getattr(response, name) + NOISE[name] * rng.standard_normal((n, len(time)))
                                for name in SIGNAL_UNITS))
     return replace(recordings, measured_time=response.shifting_time + 0.003 * rng.standard_normal(n), signals=measured)
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Empty pictures, for tests of the text of a page: drawing all of them takes a second, and has tests of its own."""
+    empty = '<svg class="marks" width="1" height="1" viewBox="0 0 1 1"></svg>'
+    monkeypatch.setattr(rendering, "svg", lambda picture: empty)
 
 
 @pytest.fixture

@@ -92,11 +92,11 @@ def test_shifting_times_alone_are_studied(
 
 
 def test_a_study_ends_with_its_time_budget_at_the_next_step(
-        few_recordings: Path, studied_few: tuple[Any, dict[str, Any]], tmp_path: Path,
+        few_recordings: Path, watched_study_of_few: tuple[Any, list[dict[str, Any]]], tmp_path: Path,
         capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     few, clock = few_recordings / "few.h5", SimpleNamespace(now=0.0)
     monkeypatch.setattr(study, "time", SimpleNamespace(monotonic=lambda: clock.now))
-    monkeypatch.setattr(study, "examine", lambda *arguments: studied_few[1])
+    monkeypatch.setattr(study, "examine", lambda *arguments: watched_study_of_few[1][-1])
 
     def conclude(*arguments: Any) -> Any:
         clock.now = 61.0

@@ -3,8 +3,6 @@ from html.parser import HTMLParser
 
 import pytest
 
-from slipstick.pictures import rendering
-
 
 class Reading(HTMLParser):
     """The elements of a page in order, and its text outside scripts and styles."""
@@ -30,10 +28,3 @@ class Reading(HTMLParser):
 def reading() -> Callable[[str], Reading]:
     """Parser of a page."""
     return Reading
-
-
-@pytest.fixture
-def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Empty pictures, for tests of the text of a page: drawing all of them takes a second, and has tests of its own."""
-    empty = '<svg class="marks" width="1" height="1" viewBox="0 0 1 1"></svg>'
-    monkeypatch.setattr(rendering, "svg", lambda picture: empty)

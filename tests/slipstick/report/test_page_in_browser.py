@@ -59,7 +59,7 @@ def shows(browser: webdriver.Chrome, requested: Callable[[], list[str]],
     return show
 
 
-@pytest.mark.parametrize(("axes", "n"), [(HOSTILE, 216), (("pressure_bias",), 20), (SEVEN, 20)],
+@pytest.mark.parametrize(("axes", "n"), [(HOSTILE, 20), (("pressure_bias",), 20), (SEVEN, 20)],
                          ids=["hostile", "one", "seven"])
 def test_every_picture_of_a_fit_is_drawn_without_a_network(
         shows: Shows, made: Callable[..., dict[str, Any]], axes: tuple[str, ...], n: int) -> None:

@@ -25,6 +25,7 @@ FIT = {"id": "first-fit", "table": "nominal", "table_digest": "a1b2", "recording
        "submitted": "2026-11-01T10:00:00Z", "ended": "2026-11-01T10:00:12Z"}
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_page_reports_the_results(made: Made, reading: Read) -> None:
     parsed = reading(page(FIT, made(), description="a bench"))
     for text in ("Pressure bias and initial position fitted to 216 engagements of “measured”",
@@ -78,10 +79,10 @@ def shape(value: Any, path: str = "") -> set[str]:
 
 
 def test_nothing_in_the_data_becomes_markup(made: Made, reading: Read) -> None:
-    output = made((HOSTILE, "initial_position"))
+    output = made((HOSTILE, "initial_position"), 20)
     output["result"]["remarks"] = [{"unknown": HOSTILE, "cause": HOSTILE, "remedy": HOSTILE}]
     fit = FIT | dict.fromkeys(("id", "table", "recordings", "recordings_digest"), HOSTILE)
-    html = page(FIT, made(), description="a bench")
+    html = page(FIT, made(n=20), description="a bench")
     hostile, tame = reading(page(fit, output, description=HOSTILE)), reading(html)
     assert hostile.count("img") == 0
     assert hostile.count("script") == tame.count("script") == 0
@@ -100,6 +101,7 @@ def test_a_zero_likelihood_is_reported(made: Made) -> None:
     assert "With the fitted inputs, at least one engagement has zero likelihood" in page(FIT, output)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_fit_without_intervals_has_a_page(made: Made, reading: Read) -> None:
     output = made()
     output["result"] |= {"intervals": [], "combinations": []}

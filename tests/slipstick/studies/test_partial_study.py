@@ -7,9 +7,10 @@ from typing import Any
 
 import pytest
 
+from slipstick.interface.study import Study
 from slipstick.recordings import Recordings
 from slipstick.report.study.page import study_page
-from slipstick.studies import StudySettings, examine, unconfirmed
+from slipstick.studies import StudySettings, unconfirmed
 from slipstick.studies.record import figures_from_dict, result_from_dict
 from slipstick.time_budget import TimeBudgetEnded
 from tests.benches import HEAVY
@@ -24,11 +25,9 @@ def few(few_recordings: Path) -> Recordings:
 
 
 @pytest.fixture(scope="module")
-def named(few: Recordings) -> list[dict[str, Any]]:
+def named(watched_study_of_few: tuple[Study, list[dict[str, Any]]]) -> list[dict[str, Any]]:
     """What is kept while the blocks are examined, and at last what is named."""
-    kept = list[dict[str, Any]]()
-    kept.append(examine(SETTINGS, HEAVY, few, keep=kept.append))
-    content: list[dict[str, Any]] = json.loads(json.dumps(kept))
+    content: list[dict[str, Any]] = json.loads(json.dumps(watched_study_of_few[1]))
     return content
 
 
@@ -55,6 +54,7 @@ def test_a_block_that_may_change_is_said_to_be_unfinished(few: Recordings, named
     assert result.partial.missing[0] == "the rest of the examination of the blocks"
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_report_and_text_begin_with_what_is_missing(few: Recordings, named: list[dict[str, Any]]) -> None:
     for its in named:
         result, figures = unconfirmed(SETTINGS, HEAVY, few, its, 60.0)
