@@ -33,10 +33,10 @@ def add_bench_or_machine_argument(parser: argparse.ArgumentParser) -> None:
                              "name of a shipped one, such as dc_motor; it is run")
 
 
-def refuse_bench_options(arguments: argparse.Namespace, *names: str) -> None:
-    """Raise `InvalidValue` for options that are given beside a declared machine, and are about a bench."""
-    for name in names:
-        if getattr(arguments, name):
+def refuse_bench_options(arguments: argparse.Namespace, **usual: object) -> None:
+    """Raise `InvalidValue` for options that are about a bench, beside a declared machine, and have no `usual` value."""
+    for name, value in usual.items():
+        if getattr(arguments, name) != value:
             raise InvalidValue(f"--{name} is about a bench, not about a declared machine", "Leave it out")
 
 

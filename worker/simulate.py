@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from slipstick.errors import BadRecording, InvalidValue
-from slipstick.interface.simulate import simulate
+from slipstick.interface.simulate import NOISE, SCATTER, simulate
 from slipstick.machine import Machine, Runs, holds_runs
 from slipstick.recordings import Recordings
 from slipstick.recordings.simulated import SIMULATED
@@ -26,10 +26,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--engagements", type=int, metavar="N",
                         help="number of engagements, evenly over the conditions, or each more than once "
                              "(default: each condition once)")
-    parser.add_argument("--scatter", type=float, default=0.02, metavar="SHARE",
+    parser.add_argument("--scatter", type=float, default=SCATTER, metavar="SHARE",
                         help="standard deviation from run to run of uncertain parameters for which the bench states "
                              "none, as a share of their nominal values (default: %(default)s)")
-    parser.add_argument("--noise", type=float, default=1.0, metavar="MULTIPLE",
+    parser.add_argument("--noise", type=float, default=NOISE, metavar="MULTIPLE",
                         help="noise as a multiple of that of the sensors of the bench (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of all random numbers (default: 0)")
     parser.add_argument("--out", type=Path, default=Path("tables/simulated.h5"), metavar="FILE.h5",
@@ -41,6 +41,8 @@ def run(arguments: argparse.Namespace) -> int:
     _require_output(arguments.out)
     if arguments.machine is not None:
         return _simulate_machine(arguments)
+    if arguments.runs is not None:
+        raise InvalidValue("--runs is about a declared machine, not about a bench", "Give --engagements")
     bench, model, conditions = open_simulated(arguments)
     recordings = simulate(bench, _effects(arguments.effect), model=model, conditions=conditions,
                           engagements=arguments.engagements, scatter=arguments.scatter, noise=arguments.noise,
@@ -54,7 +56,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _simulate_machine(arguments: argparse.Namespace) -> int:
     """Simulate the experiments that a machine declares."""
-    refuse_bench_options(arguments, "effect", "model", "conditions", "engagements")
+    refuse_bench_options(arguments, effect=[], model=None, conditions=None, engagements=None, scatter=SCATTER,
+                         noise=NOISE)
     machine = Machine.open(arguments.machine)
     runs = simulate(machine, runs=arguments.runs, seed=arguments.seed)
     runs.save(arguments.out)

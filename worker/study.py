@@ -80,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _study_machine(arguments: argparse.Namespace) -> int:
     """Study the runs of a declared machine, and do the same with the result."""
-    refuse_bench_options(arguments, "signals", "extended")
+    refuse_bench_options(arguments, signals=None, extended=None)
     settings = read_json(arguments.settings) if arguments.settings else {}
     with cluster_at(arguments.dask) as executor, ProgressLine(log=True) as line:
         output = study(Machine.open(arguments.machine), Runs.open(arguments.recordings), settings=settings,

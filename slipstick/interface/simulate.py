@@ -21,17 +21,20 @@ from slipstick.recordings.simulated import simulated_recordings
 
 Effects = str | Iterable[str] | Mapping[str, float | Mapping[str, float]]
 """Names of effects, or effect -> multiple of its typical amplitudes, or effect -> coefficient -> value."""
+SCATTER, NOISE = 0.02, 1.0
+"""The usual scatter of a bench, and the usual multiple of the noise of its sensors."""
 
 
 @overload
 def simulate(bench: BenchLike, effects: Effects = (), *, model: ModelLike | None = None,
-             conditions: Conditions | Recordings | None = None, engagements: int | None = None, scatter: float = 0.02,
-             noise: float = 1.0, seed: int = 0) -> Recordings: ...
+             conditions: Conditions | Recordings | None = None, engagements: int | None = None,
+             scatter: float = SCATTER, noise: float = NOISE, seed: int = 0) -> Recordings: ...
 @overload
 def simulate(bench: Machine, *, seed: int = 0, runs: int | None = None) -> Runs: ...
 def simulate(bench: BenchLike | Machine, effects: Effects = (), *, model: ModelLike | None = None,
-             conditions: Conditions | Recordings | None = None, engagements: int | None = None, scatter: float = 0.02,
-             noise: float = 1.0, seed: int = 0, runs: int | None = None) -> Recordings | Runs:
+             conditions: Conditions | Recordings | None = None, engagements: int | None = None,
+             scatter: float = SCATTER, noise: float = NOISE, seed: int = 0,
+             runs: int | None = None) -> Recordings | Runs:
     """Simulate recordings of a bench, with sensor noise and scatter of the parameters from run to run.
 
     A study of them says beforehand what recordings of such a bench can show.
@@ -68,16 +71,24 @@ def simulate(bench: BenchLike | Machine, effects: Effects = (), *, model: ModelL
     Raises
     ------
     InvalidValue
-        For numbers out of range, a bench without the noise of a sensor, and engagements that do not lock.
+        For numbers out of range, a bench without the noise of a sensor, engagements that do not lock, and what has no
+        meaning for a declared machine, or for a bench.
     UnknownName
         For an effect or coefficient that does not exist.
 
     """
     if isinstance(bench, Machine):
+        given = {"effects": bool(effects), "model": model is not None, "conditions": conditions is not None,
+                 "engagements": engagements is not None, "scatter": scatter != SCATTER, "noise": noise != NOISE}
+        if any(given.values()):
+            raise InvalidValue(f"{next(name for name in given if given[name])} is about a bench, not about a declared "
+                               "machine", "Leave it out")
         experiments = list_experiments(bench)
         rows = np.arange(len(experiments) if runs is None else _require_count(runs, "runs")) % len(experiments)
         with say_compilation():
             return simulate_runs(bench, experiments.take(rows), seed=seed)
+    if runs is not None:
+        raise InvalidValue("runs is about a declared machine, not about a bench", "Give the number of engagements")
     bench = bench_of(bench)
     simulated, taken = model_of(bench, model), conditions_of(bench, conditions)
     for name, amount in _amounts(effects).items():

@@ -9,6 +9,7 @@ import pytest
 from slipstick.clutch import effects
 from slipstick.errors import BadRecording, InvalidValue, SlipstickError, UnknownName
 from slipstick.interface.simulate import simulate
+from slipstick.machine import Machine
 from slipstick.recordings import Recordings
 from slipstick.recordings.simulated import simulated_recordings
 from tests.benches import COMPACT, HEAVY, NOMINAL
@@ -54,10 +55,17 @@ def test_it_is_the_simulation_of_the_model_under_the_conditions() -> None:
     ({"engagements": 0}, "0 engagements are too few"), ({"scatter": -1.0}, "0 or more"),
     ({"noise": float("nan")}, "0 or more"), ({"seed": -1}, "The seed is -1"),
     ({"model": "missing.json"}, "Cannot read a model"), ({"model": NOMINAL}, "another bench than 'compact'"),
+    ({"runs": 3}, "runs is about a declared machine"),
 ])
 def test_what_cannot_be_simulated_is_refused(given: dict[str, Any], message: str) -> None:
     with pytest.raises(SlipstickError, match=message):
         simulate(COMPACT, **{"conditions": FEW, **given})
+
+
+@pytest.mark.parametrize("given", [{"effects": "stribeck_friction"}, {"engagements": 7}, {"noise": 0.0}])
+def test_what_is_about_a_bench_is_refused_of_a_machine(given: dict[str, Any]) -> None:
+    with pytest.raises(InvalidValue, match=f"{next(iter(given))} is about a bench"):
+        simulate(Machine.open("two_tanks"), **given)
 
 
 def test_recordings_are_saved_and_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
