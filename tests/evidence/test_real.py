@@ -100,13 +100,13 @@ def piston(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Recordings of a seal at two pressures, with friction of 2 N and 1 N/bar."""
     folder, rng = tmp_path_factory.mktemp("seals"), np.random.default_rng(1)
     for pressure in (1.0, 5.0):
-        time = np.cumsum(rng.uniform(9, 12, 8000))
+        time = np.cumsum(rng.uniform(9, 12, 5000))
         position = 20 - 18 * np.cos(2e-3 * np.pi * time / 8)
-        read = pressure + 0.02 * np.sin(time / 700) + 1e-3 * rng.standard_normal(8000)
+        read = pressure + 0.02 * np.sin(time / 700) + 1e-3 * rng.standard_normal(5000)
         side = np.sign(np.sin(2e-3 * np.pi * time / 8))
         force = 49.09 * (pressure + 0.02 * np.sin(time / 700)) + (2 + pressure) * side
-        rows = np.stack([time, position + 0.01 * rng.standard_normal(8000), read,
-                         force + 0.03 * rng.standard_normal(8000)], axis=1)
+        rows = np.stack([time, position + 0.01 * rng.standard_normal(5000), read,
+                         force + 0.03 * rng.standard_normal(5000)], axis=1)
         with gzip.open(folder / f"NAPN_{pressure:.0f}bar.csv.gz", "wt") as file:
             np.savetxt(file, rows, "%.3f", ",", header="time [ms],position [mm],pressure [bar],force [N]", comments="")
     return folder

@@ -1,8 +1,7 @@
 """The tests of robustness run for minutes and are not run here, but what they count must be right."""
 
 import csv
-import subprocess
-import sys
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -21,8 +20,8 @@ ROOT = Path(__file__).parents[2]
 def test_all_modules_can_be_imported() -> None:
     names = sorted(path.stem for path in (ROOT / "evidence" / "robustness").glob("[a-z]*.py"))
     assert len(names) > 5
-    code = "import " + ", ".join(f"evidence.robustness.{name}" for name in names)
-    subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
+    for name in names:
+        import_module(f"evidence.robustness.{name}")
 
 
 def test_the_committed_table_counts_no_more_right_than_cases() -> None:
