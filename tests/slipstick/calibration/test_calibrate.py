@@ -145,7 +145,7 @@ LINKED = {"current_gain", "temperature_gain", "initial_position", "friction_coef
 ])
 def test_what_the_other_signals_determine_is_recovered_and_the_rest_is_listed(
         missing: list[str], undetermined: set[str]) -> None:
-    every = recordings(HEAVY, 8)
+    every = recordings(HEAVY, 12)
     assert every.signals is not None
     some = replace(every, signals=replace(every.signals, **dict.fromkeys(missing)))
     found = calibrate(some, HEAVY)
@@ -188,7 +188,7 @@ def test_recordings_that_cannot_be_calibrated_are_refused() -> None:
 
 def test_the_shipped_recordings_are_calibrated_from_the_nominal_start_although_an_effect_is_missing() -> None:
     shipped = Recordings.open(Path(__file__).parents[3] / "tables" / "measured.h5")
-    some = np.arange(0, len(shipped), 9)
+    some = np.arange(0, len(shipped), 12)
     assert shipped.signals is not None
     signals = Signals(shipped.signals.time, *(shipped.signals[name][some] for name in SIGNAL_UNITS))
     found = calibrate(Recordings(shipped.conditions.take(some), shipped.measured_time[some], signals), HEAVY)
