@@ -108,16 +108,16 @@ class SimulatedBench:
         """The simulated engagements at `points` (m, q) relative to nominal, of the n conditions again and again."""
         values, given = self.values(shared), self.traces.conditions
         vectors = np.tile(self.scene.base, (len(points), 1))
-        conditions = given.take(np.arange(len(points)) % len(given))
+        conditions, changed = given.take(np.arange(len(points)) % len(given)), dict[str, np.ndarray]()
         for column, name in enumerate(self.random):
             factor = np.clip(np.nan_to_num(1 + points[:, column]), *_FACTORS)
             if name in CONDITIONS:
-                conditions = replace(conditions, **{name: getattr(conditions, name) * factor})
+                changed[name] = getattr(conditions, name) * factor
             else:
                 vectors[:, parameters.index(name)] *= factor
         coefficients = np.tile(self.terms.coefficients(values), (len(points), 1))
-        return ensemble.simulate(self.traces.converter, vectors, coefficients, conditions, self.scene.time, paired=True,
-                                 laws=self.terms.scaled(values))
+        return ensemble.simulate(self.traces.converter, vectors, coefficients, replace(conditions, **changed),
+                                 self.scene.time, paired=True, laws=self.terms.scaled(values))
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Derivatives (n, q, K) with respect to the parameters and (n, p, K) to the coefficients, over their spans."""
