@@ -21,7 +21,9 @@ from tests.benches import BENCHES, COMPACT, HEAVY, TABLES
 from worker.__main__ import main
 
 FILES = {"heavy": TABLES / "measured.h5", "compact": TABLES / "measured-compact.h5"}
-RECORDINGS = {name: Recordings.open(path) for name, path in FILES.items()}
+WHOLE = {name: Recordings.open(path) for name, path in FILES.items()}
+RECORDINGS = {name: whole.take(np.arange(0, len(whole), 4)) for name, whole in WHOLE.items()}
+"""Every fourth engagement."""
 
 
 def with_signals(recordings: Recordings, **factors: float) -> Recordings:
@@ -47,7 +49,7 @@ def causes(recordings: Recordings, bench: Bench) -> str:
 
 @pytest.mark.parametrize("bench", BENCHES, ids=lambda bench: bench.name)
 def test_the_shipped_recordings_are_of_their_benches_with_any_signals(bench: Bench) -> None:
-    whole = RECORDINGS[bench.name]
+    whole = WHOLE[bench.name]
     for recordings in (whole, replace(whole, signals=None), *(only(whole, name) for name in SIGNAL_UNITS)):
         assert mismatches(recordings, bench) == ()
 
@@ -198,7 +200,7 @@ def test_a_ratio_comes_as_near_to_1_as_the_inputs_allow() -> None:
 
 
 def test_study_and_calibration_refuse_such_recordings_with_cause_and_remedy() -> None:
-    wrong = with_signals(RECORDINGS["compact"], output_torque=-1.0)
+    wrong = with_signals(WHOLE["compact"], output_torque=-1.0)
     for start in (partial(examine, StudySettings(), COMPACT, wrong), partial(calibrate, wrong, COMPACT)):
         with pytest.raises(InvalidValue, match=r"output torque .* opposite sign .* in 90 of 90 engagements\. If its "
                                                r"sensor counts the other way round, change its sign \(sign = -1"):
