@@ -19,7 +19,7 @@ LIGHT_PAGE, DARK_PAGE = "white", "#14191e"
 
 @pytest.fixture(scope="module")
 def drawn(made: Made) -> dict[str, str]:
-    output = made()
+    output = made(n=20)
     output["figure_data"]["engagement"]["measured"]["pressure"][3] = -1.2
     return inline(pictures(output), CAPTIONS)
 
@@ -44,7 +44,7 @@ def test_no_two_pictures_of_a_page_share_an_identifier(drawn: dict[str, str]) ->
 
 
 def test_a_picture_does_not_depend_on_those_drawn_before(made: Made) -> None:
-    spec = pictures(made())["profiles"]
+    spec = pictures(made(n=20))["profiles"]
     first = render(spec, "svg")
     render({**spec, "background": "white"}, "svg")
     rendering.svg.cache_clear()
@@ -53,12 +53,12 @@ def test_a_picture_does_not_depend_on_those_drawn_before(made: Made) -> None:
 
 def test_points_have_their_values_and_conditions_as_titles(drawn: dict[str, str]) -> None:
     titles = [title.text or "" for title in ElementTree.fromstring(drawn["comparison"]).iter(f"{SVG}title")]
-    assert len(titles) == 1 + 4 * 216
+    assert len(titles) == 1 + 4 * 20
     assert "conditions: profile 0, motor 105 rad/s" in titles[1]
 
 
 def test_characters_that_no_xml_has_are_replaced(made: Made) -> None:
-    spec = pictures(made())["profiles"]
+    spec = pictures(made(n=20))["profiles"]
     odd = "a\x00\x08\x1b\ufffe\ud800 <b>& \U0001f600"
     spec = {**spec, "title": {**spec["title"], "text": odd}, "datasets": {odd: [{odd: 1.0}]}}
     root = ElementTree.fromstring(render(spec, "svg", odd))
@@ -70,7 +70,7 @@ def test_characters_that_no_xml_has_are_replaced(made: Made) -> None:
 
 
 def test_a_picture_alone_has_its_title_as_well(made: Made) -> None:
-    spec = pictures(made())["convergence"]
+    spec = pictures(made(n=20))["convergence"]
     svg = render(spec, "svg", "A & B <c>").decode()
     root = ElementTree.fromstring(svg)
     assert root[0].text == spec["title"]["text"]

@@ -37,7 +37,7 @@ def draw(output: dict[str, Any]) -> dict[str, Spec]:
 
 @pytest.fixture(scope="module")
 def drawn(made: Made) -> dict[str, Spec]:
-    return draw(made())
+    return draw(made(n=20))
 
 
 def test_a_fit_has_all_pictures_and_each_can_be_rendered(drawn: dict[str, Spec], marks: Marks) -> None:
@@ -63,33 +63,33 @@ def test_every_experiment_has_its_points(made: Made, n: int, marks: Marks) -> No
 
 
 def test_the_title_of_the_densities_counts_times_outside(made: Made) -> None:
-    output = made()
+    output = made(n=20)
     prediction = output["figure_data"]["prediction"]
     difference = np.array(prediction["measured"]) - prediction["mean"]
     outside = np.abs(difference) > 1.644854 * np.array(prediction["std"])
     title = draw(output)["densities"]["title"]["text"]
-    assert title == (f"{outside.sum()} of 216 measured times lie outside their predicted central 90 % intervals; "
-                     "the expected number is 22")
+    assert title == (f"{outside.sum()} of 20 measured times lie outside their predicted central 90 % intervals; "
+                     "the expected number is 2")
 
 
 def test_engagements_that_never_lock_are_omitted_and_counted(made: Made, marks: Marks) -> None:
-    output = made()
+    output = made(n=20)
     for name, index in (("before", 3), ("mean", 5)):
         output["figure_data"]["prediction"][name][index] = None
     output["figure_data"]["prediction"]["density"][5] = output["figure_data"]["prediction"]["density_time"][5] = []
     output["figure_data"]["engagement"] |= {"lock": None, "touch": None, "measured": None}
     specs = draw(output)
     assert "Not drawn: 2 without a predicted" in " ".join(specs["comparison"]["title"]["subtitle"])
-    assert len(marks(specs["comparison"], "symbol")) == 4 * 216 - 2 * 2
+    assert len(marks(specs["comparison"], "symbol")) == 4 * 20 - 2 * 2
     assert "Not drawn: 1 that may never lock" in " ".join(specs["densities"]["title"]["subtitle"])
-    assert len(marks(specs["densities"], "symbol")) == 215
+    assert len(marks(specs["densities"], "symbol")) == 19
     assert specs["engagement"]["title"]["text"].endswith("never in the fitted model")
     assert [row["phase"] for row in specs["engagement"]["datasets"]["phases"]] == ["fill"]
     assert marks(specs["engagement"], "line")
 
 
 def test_an_engagement_without_a_measured_signal_shows_the_simulated_one_alone(made: Made, marks: Marks) -> None:
-    whole, output = draw(made())["engagement"], made()
+    whole, output = draw(made(n=20))["engagement"], made(n=20)
     del output["figure_data"]["engagement"]["measured"]["pressure"]
     partial = draw(output)["engagement"]
     assert len(marks(partial, "line")) == len(marks(whole, "line")) - 2  # the signal, and its difference
@@ -98,7 +98,7 @@ def test_an_engagement_without_a_measured_signal_shows_the_simulated_one_alone(m
 
 
 def test_differences_are_drawn_under_the_signals_that_are_measured(made: Made) -> None:
-    output = made()
+    output = made(n=20)
     spec = draw(output)["engagement"]
     fields = [[layer["encoding"]["y"]["field"] for layer in view["layer"] if "field" in layer["encoding"].get("y", {})]
               for view in spec["vconcat"]]
@@ -129,7 +129,7 @@ def test_panels_are_those_of_the_signals_that_there_are(marks: Marks, names: lis
 
 
 def test_the_phases_of_an_engagement_follow_one_another(made: Made) -> None:
-    datasets = draw(made())["engagement"]["datasets"]
+    datasets = draw(made(n=20))["engagement"]["datasets"]
     phases = [(row["phase"], row["from"]) for row in datasets["phases"]]
     assert phases == [("fill", 0.0), ("slip", 0.1), ("stick", datasets["locks"][1]["t"])]
     # The input speed is divided by the gear ratio.
@@ -155,7 +155,7 @@ def test_one_input_shows_its_density(made: Made) -> None:
 
 @pytest.mark.parametrize("family", ["normal", "lognormal", "gamma", "uniform"])
 def test_the_curves_enclose_the_stated_share_of_the_runs(made: Made, family: str) -> None:
-    result = made()["result"] | {"families": [family, "normal"], "std": [0.3, 0.2],
+    result = made(n=20)["result"] | {"families": [family, "normal"], "std": [0.3, 0.2],
                                  "correlation": [[1.0, 0.8], [0.8, 1.0]]}
     curve = np.array([[row["x"], row["y"]] for row in inputs.curves(result, [0, 1])[0]["data"]["values"]
                       if row["share"] == "90 %"])
@@ -186,7 +186,7 @@ def test_a_ridge_narrower_than_the_grid_spacing_is_continuous() -> None:
 
 
 def test_the_title_states_whether_the_means_are_determined(made: Made) -> None:
-    output = made()
+    output = made(n=20)
     assert draw(output)["inputs"]["title"]["text"].startswith("A ridge")
     surface = output["figure_data"]["surface"]
     first, second = np.meshgrid(surface["first"], surface["second"], indexing="ij")
@@ -197,7 +197,7 @@ def test_the_title_states_whether_the_means_are_determined(made: Made) -> None:
 
 
 def test_an_open_interval_is_marked(made: Made) -> None:
-    output = made()
+    output = made(n=20)
     output["result"]["intervals"][2] |= {"upper": None, "unsettled": ["upper"]}
     spec = draw(output)["profiles"]
     texts = [[layer["mark"]["text"] for layer in panel["layer"] if layer["mark"].get("text")]
@@ -207,7 +207,7 @@ def test_an_open_interval_is_marked(made: Made) -> None:
 
 
 def test_the_axis_of_a_profile_ends_where_the_curve_leaves_the_panel(made: Made) -> None:
-    output = made()
+    output = made(n=20)
     # A parabola that drops by 1.25 decades, the depth of the panel, at 0.3 and 0.7 and extends far beyond.
     values = np.linspace(-2, 3, 11)
     interval = output["result"]["intervals"][1]
@@ -220,7 +220,7 @@ def test_the_axis_of_a_profile_ends_where_the_curve_leaves_the_panel(made: Made)
 
 
 def test_the_axes_contain_the_curves(made: Made) -> None:
-    output = made()
+    output = made(n=20)
     output["result"]["std"] = [0.05, 0.4]
     layers = draw(output)["inputs"]["layer"]
     low, high = draw(output)["inputs"]["encoding"]["y"]["scale"]["domain"]
@@ -234,7 +234,7 @@ def test_the_threshold_is_half_the_chi_square_quantile() -> None:
 
 
 def test_a_search_without_generations_has_no_convergence(made: Made) -> None:
-    output = made()
+    output = made(n=20)
     output["result"]["history"] = []
     assert "convergence" not in draw(output)
     output["result"] |= {"history": [None, -280.0], "method": "classic"}
@@ -243,7 +243,7 @@ def test_a_search_without_generations_has_no_convergence(made: Made) -> None:
 
 
 def test_the_same_fit_gives_the_same_pictures(made: Made, drawn: dict[str, Spec]) -> None:
-    assert json.dumps(draw(made())) == json.dumps(drawn, allow_nan=False)
+    assert json.dumps(draw(made(n=20))) == json.dumps(drawn, allow_nan=False)
     picture = render(drawn["profiles"], "png")
     assert picture.startswith(b"\x89PNG")
     width, height = struct.unpack(">II", picture[16:24])
@@ -304,7 +304,7 @@ def test_times_are_shown_in_ms_and_others_in_their_unit() -> None:
 
 
 def test_a_fit_of_another_machine_speaks_of_its_output(made: Callable[..., dict[str, Any]]) -> None:
-    clutch, output = made(), made()
+    clutch, output = made(n=20), made(n=20)
     output["figure_data"] |= {"output": SPEED, "engagement": None, "conditions": {
         "voltage [V]": clutch["figure_data"]["conditions"]["motor_speed"]}}
     text = json.dumps(pictures(output), ensure_ascii=False)
