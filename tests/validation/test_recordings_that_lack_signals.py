@@ -16,7 +16,7 @@ from slipstick.studies.figures import Figures
 from tests.benches import HEAVY
 from tests.hidden_laws import CONVERTER_LAGS, LOAD_DRAGS, SUPPLY_DROOPS, law, record
 
-COUNT = 30
+COUNT = 24
 
 
 FRICTION_FALLS = law("friction_coefficient", "slip", lambda v: 1 + 0.5 * np.exp(-((v / 14) ** 1.3)))

@@ -31,7 +31,7 @@ from slipstick.naming.valve import ValveBlock
 from tests.benches import HEAVY, NOMINAL
 from tests.slipstick.naming.engagements import block_of, scene_of
 
-COUNT, SEED = 36, 3
+COUNT, SEED = 24, 3
 NOTHING = np.zeros((COUNT, 7))
 
 

@@ -24,9 +24,9 @@ NATS = NamingSettings().nats
 
 @cache
 def fitted(stiffening: float) -> tuple[ClutchBlock, CurvedFit]:
-    """The closing piston of 18 engagements with a nonlinear return spring, and its fit without a law."""
+    """The closing piston of 12 engagements with a nonlinear return spring, and its fit without a law."""
     effects: Mapping[str, Mapping[str, float]] = {"return_spring": {"stiffening": stiffening}} if stiffening else {}
-    block = block_of("clutch", scene_of(HEAVY, Model(HEAVY.physics, effects=effects), 18, seed=3))
+    block = block_of("clutch", scene_of(HEAVY, Model(HEAVY.physics, effects=effects), 12, seed=3))
     assert isinstance(block, ClutchBlock)
     return block, settled(block, search(block, np.zeros(1)), np.zeros(1))
 
@@ -74,7 +74,7 @@ def test_engagements_that_a_fit_misses_are_found_about_the_others() -> None:
 
 def test_some_engagements_alone_have_the_same_torque() -> None:
     block, without = fitted(0.0)
-    rows = np.arange(18) % 3 == 1
+    rows = np.arange(12) % 3 == 1
     torque = block.part(without.points, without.shared, (), rows)
     np.testing.assert_array_equal(torque[rows], block.base(without.points)[rows])
     assert not torque[~rows].any()

@@ -17,7 +17,7 @@ from slipstick.naming.start import Start, _first, begin
 from tests.benches import COMPACT, HEAVY
 from tests.slipstick.naming.engagements import scene_of
 
-COUNT, SEED = 24, 2
+COUNT, SEED = 16, 2
 
 
 def as_recorded(model: Model) -> tuple[Scene, np.ndarray]:
