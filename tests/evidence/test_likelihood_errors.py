@@ -23,9 +23,10 @@ def test_the_table_has_all_methods_and_its_errors_hold() -> None:
         assert within >= 0.95 * stated
 
 
-@pytest.mark.parametrize("group", GROUPS)
-def test_stated_errors_hold_on_fresh_models(group: str) -> None:
-    errors = np.array([run_case(group, distance, 1000 + seed) for distance in (0, 4) for seed in range(4)])
+@pytest.mark.parametrize(("group", "models"), [
+    ("table of 1 or 2", 2), ("1 or 2", 4), pytest.param("3 to 7", 4, marks=pytest.mark.slow)])
+def test_stated_errors_hold_on_fresh_models(group: str, models: int) -> None:
+    errors = np.array([run_case(group, distance, 1000 + seed) for distance in (0, 4) for seed in range(models)])
     assert np.mean(errors[:, :, 0] <= errors[:, :, 1]) >= 0.85
     # Negative control: a tenth of the stated errors of samples would not hold as often.
     assert np.mean(errors[:, 3, 0] <= 0.1 * errors[:, 3, 1]) < 0.7
