@@ -29,7 +29,7 @@ N = 36
 
 @pytest.fixture(autouse=True)
 def fit_two_effects(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Fit the two effects that promise most: a third one takes as long and is never the best."""
+    """Fit only the two effects that promise most, of which the true effect must be the better."""
     monkeypatch.setattr(explanations_module, "_FITTED", 2)
 
 
