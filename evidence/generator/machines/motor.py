@@ -64,7 +64,9 @@ class _Motion:
         """Return the rates (3, n) of rotors that turn in the `sense` (n,) of -1 or 1, or rest, which is 0."""
         rate, driving, holding, inertia = self.balance(part, state)
         turns = sense != 0
-        return np.stack([rate, turns * (driving - sense * holding) / inertia, turns * state[1]])
+        rates = np.empty_like(state)
+        rates[0], rates[1], rates[2] = rate, turns * (driving - sense * holding) / inertia, turns * state[1]
+        return rates
 
     def advance(self, part: np.ndarray, state: np.ndarray, sense: np.ndarray, length: np.ndarray) -> np.ndarray:
         """Return the state (3, n) after a Runge-Kutta step of the `length` (n,), as a part of the whole step."""

@@ -55,5 +55,7 @@ def rates(runs: Runs, fixed: Abscissas, time: float, voltage: np.ndarray, levels
     between = values["outlet 1"] * (1.0 + changed("outflow 1")) * np.sqrt(np.maximum(first, 0.0))
     between = between + WEIR * above * np.sqrt(above) * (1.0 + changed("overflow"))
     away = values["outlet 2"] * (1.0 + changed("outflow 2")) * np.sqrt(np.maximum(second, 0.0))
-    return np.stack([(inflow - between - changed("leak 1")) / values["area 1"],
-                     (between - away - changed("leak 2")) / values["area 2"]])
+    result = np.empty_like(levels)
+    result[0] = (inflow - between - changed("leak 1")) / values["area 1"]
+    result[1] = (between - away - changed("leak 2")) / values["area 2"]
+    return result
