@@ -7,6 +7,7 @@ together.
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -64,10 +65,16 @@ def transformed(prediction: Mapping[str, Any]) -> np.ndarray:
 
 def probability_below(prediction: Mapping[str, Any], place: int) -> float:
     """The predicted probability below the measured time of the engagement at this place."""
-    time = np.array(prediction["density_time"][place])
+    return _integrate(tuple(prediction["density_time"][place]), tuple(prediction["density"][place]),
+                      prediction["measured"][place])
+
+
+@lru_cache(maxsize=1024)  # two pictures and the doubts of a page ask for the same ones
+def _integrate(time: tuple[float, ...], density: tuple[float, ...], end: float) -> float:
+    """The share of the integral of a density, known at times in s, up to an end in s."""
     with np.errstate(over="ignore"):  # PCHIP divides by slopes that nearly vanish; its derivative there is correctly 0
-        integral = scipy.interpolate.PchipInterpolator(time, prediction["density"][place]).antiderivative()
-    return float(integral(np.clip(prediction["measured"][place], time[0], time[-1])) / integral(time[-1]))
+        integral = scipy.interpolate.PchipInterpolator(time, density).antiderivative()
+    return float(integral(np.clip(end, time[0], time[-1])) / integral(time[-1]))
 
 
 def verdict(values: np.ndarray, output: Output) -> str:

@@ -225,6 +225,7 @@ def test_the_settings_are_said_in_words() -> None:
         "refinement; profile-likelihood intervals of 90 %")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_scatter_does_not_read_as_an_uncertainty(made: Made, reading: Read) -> None:
     said = words.fitted([{"name": "initial_position", "unit": "m", "mean": 7.02e-4, "std": 7.22e-5}])
     assert said == "initial position 0.702 mm with a scatter of 0.0722 mm"
