@@ -110,7 +110,6 @@ def _is_text(node: Any) -> bool:
             and isinstance(node.value.value, str))
 
 
-@cache  # which takes half a second for the modules of a study
 def _code_of(source: str) -> str:
     """The syntax tree of a module, without comments and without expressions that are texts, such as docstrings."""
     tree = ast.parse(source)
