@@ -18,6 +18,7 @@ from distribution import (
     once,
     pytest_collection,
     pytest_collection_modifyitems,
+    pytest_runtest_teardown,
     pytest_xdist_auto_num_workers,
     pytest_xdist_make_scheduler,
 )
@@ -33,8 +34,8 @@ from slipstick.table import Axis, Grid
 from tests import postgresql as postgresql_server
 from tests.benches import HEAVY, NOMINAL
 
-__all__ = ["once", "pytest_collection", "pytest_collection_modifyitems", "pytest_xdist_auto_num_workers",
-           "pytest_xdist_make_scheduler"]  # fixtures and hooks of pytest
+__all__ = ["once", "pytest_collection", "pytest_collection_modifyitems", "pytest_runtest_teardown",
+           "pytest_xdist_auto_num_workers", "pytest_xdist_make_scheduler"]  # fixtures and hooks of pytest
 
 ROOT = Path(__file__).parents[1]
 BROWSER_OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",

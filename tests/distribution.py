@@ -24,12 +24,31 @@ TOGETHER = {
     **dict.fromkeys(("service/test_openapi.py", "service/test_rest_page.py", "service/test_front_page.py",
                      "service/test_acting_pages.py"), "a service with a worker"),
     **dict.fromkeys(("slipstick/studies/test_study_record.py", "slipstick/pictures/test_study_pictures.py",
-                     "slipstick/report/test_study_page.py", "slipstick/report/test_page_in_browser.py"), "studies")}
+                     "slipstick/report/test_study_page.py", "slipstick/report/test_page_in_browser.py"), "studies"),
+    **dict.fromkeys(("worker/test_build_jobs.py", "worker/test_calibration_jobs.py", "worker/test_serve_jobs.py"),
+                    "a bench with a worker")}
 """File -> what it shares with others by a session fixture that takes seconds: these run in one process."""
 
 
-def file_of(nodeid: str) -> str:
-    return nodeid.split("::")[0].removeprefix("tests/")
+_ENDS: dict[str, Callable[[], None]] = {}
+
+
+def group_of(nodeid: str) -> str:
+    """The group of the file, or the file."""
+    file = nodeid.split("::")[0].removeprefix("tests/")
+    return TOGETHER.get(file, file)
+
+
+def end_with_group(group: str, end: Callable[[], None]) -> None:
+    """Have `end` called after the last test of the group: programs that wait for requests and jobs take time, too."""
+    _ENDS[group] = end
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
+    group = group_of(item.nodeid)
+    if group in _ENDS and (nextitem is None or group_of(nextitem.nodeid) != group):
+        _ENDS.pop(group)()
 
 
 @pytest.hookimpl(wrapper=True)
@@ -43,8 +62,8 @@ def pytest_collection() -> Generator[None, object, object]:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    ranks = {name: rank for rank, name in enumerate(FIRST)}
-    items.sort(key=lambda item: ranks.get(file_of(item.nodeid), len(FIRST)))
+    ranks = {group_of(name): rank for rank, name in reversed([*enumerate(FIRST)])}
+    items.sort(key=lambda item: ranks.get(group_of(item.nodeid), len(FIRST)))  # all files of a group together
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -59,7 +78,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 
     class Scheduling(LoadFileScheduling):
         def _split_scope(self, nodeid: str) -> str:
-            return TOGETHER.get(file_of(nodeid), file_of(nodeid))
+            return group_of(nodeid)
 
     config.option.loadscopereorder = False  # the order of collection, not the files of most tests first
     return Scheduling(config, log) if config.getoption("dist") == "loadfile" else None

@@ -12,6 +12,7 @@ from typing import Any
 import httpx
 import pytest
 from dbos import DBOSClient
+from distribution import end_with_group
 
 from service.server import make_server
 from service.settings import Settings
@@ -119,6 +120,7 @@ def quick_service(shelf: Path, few_recordings: Path, serving: Serving, launch: C
         while not client.get("/v1/machines").json()["total"]:
             assert worker.poll() is None
             time.sleep(0.1)
+        end_with_group("a service with a worker", worker.kill)
         yield tables, client
         worker.kill()
 

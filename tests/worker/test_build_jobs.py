@@ -2,16 +2,14 @@
 
 import shutil
 import signal
-import subprocess
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import httpx
 import numpy as np
 import pytest
-from test_serve_jobs import WITH_MOTOR, Bench, ended
+from job_processes import Bench, ended
 
 import slipstick
 from slipstick.clutch.model import Model
@@ -28,12 +26,8 @@ MOTOR = {"machine": "dc motor", "output": "run_up_time", "axes": {"resistance_va
 
 
 @pytest.fixture(scope="module")
-def bench(shelf: Path, few_recordings: Path, tmp_path_factory: pytest.TempPathFactory,
-          launch: Callable[..., subprocess.Popen[bytes]]) -> Iterator[Bench]:
-    bench = Bench(shelf, few_recordings / "few.h5", tmp_path_factory.mktemp("builds"), launch)
-    yield bench
-    bench.kill(bench.service, bench.worker)
-    bench.client.close()
+def bench(shared_bench: Bench) -> Bench:
+    return shared_bench
 
 
 def refused(client: httpx.Client, status: int, **body: Any) -> dict[str, Any]:
@@ -54,33 +48,34 @@ def is_under_way(job: dict[str, Any]) -> bool:
 
 
 def test_a_worker_that_lacks_the_file_of_a_machine_leaves_its_table_to_others(bench: Bench) -> None:
-    bench.post(ADDRESS, "without", {"name": "motor", **MOTOR})
+    bench.post(ADDRESS, "without", {"name": "tanks", "machine": "two tanks"})
     time.sleep(1.0)  # in which a worker takes what it can do
     waiting = bench.client.get(f"{ADDRESS}/without").json()
     assert waiting["status"] == "queued"
-    assert waiting["note"].startswith("No running worker has the machine “dc motor”")
+    assert waiting["note"].startswith("No running worker has the machine “two tanks”")
     assert bench.client.post(f"{ADDRESS}/without/cancel").json()["status"] == "cancelled"
     assert bench.client.delete(f"{ADDRESS}/without").status_code == 204
 
 
 def test_a_build_goes_on_after_its_worker_was_killed(bench: Bench, tmp_path: Path) -> None:
-    bench.post(ADDRESS, "killed", {"name": "large", **LARGE})
-    assert "of 691,200 engagements" in bench.follow("killed", is_under_way, address=ADDRESS)["progress"]["doing"]
+    bench.post(ADDRESS, "killed-build", {"name": "large", **LARGE})
+    assert "of 691,200 engagements" in bench.follow("killed-build", is_under_way, address=ADDRESS)["progress"]["doing"]
     assert bench.client.get("/v1/tables/large").status_code == 404
-    assert "is being built by /v1/builds/killed" in refused(bench.client, 409, name="large", bench="heavy")["detail"]
+    taken = refused(bench.client, 409, name="large", bench="heavy")
+    assert "is being built by /v1/builds/killed-build" in taken["detail"]
     renamed = bench.client.patch("/v1/benches/heavy", json={"name": "other"})
     assert renamed.status_code == 409
-    assert f"{ADDRESS}/killed" in renamed.json()["detail"]
+    assert f"{ADDRESS}/killed-build" in renamed.json()["detail"]
     bench.kill(bench.worker)
     assert kept(bench, "large")
-    bench.work("worker-1", *WITH_MOTOR)
+    bench.work()
     doing = set()
 
     def is_over(job: dict[str, Any]) -> bool:
         doing.add(job["progress"]["doing"])
         return ended(job)
 
-    job = bench.follow("killed", is_over, address=ADDRESS)
+    job = bench.follow("killed-build", is_over, address=ADDRESS)
     assert (job["status"], job["progress"]["done"]) == ("done", 1.0), job["problem"]
     assert any("from an earlier run" in words for words in doing)
     finished = bench.client.get(job["links"]["result"])
@@ -97,7 +92,7 @@ def test_a_build_goes_on_after_its_worker_was_killed(bench: Bench, tmp_path: Pat
     assert "Build of the table large of the bench heavy" in front
     assert 'href="/tables/large"' in front
 
-    bench.post(ADDRESS, "killed", {"name": "large", **LARGE})  # the same request gives the same job
+    bench.post(ADDRESS, "killed-build", {"name": "large", **LARGE})  # the same request gives the same job
     assert bench.client.get(ADDRESS).json()["total"] == 1
     assert "already exists" in refused(bench.client, 409, name="large", bench="heavy")["detail"]
 
@@ -148,7 +143,6 @@ def test_a_name_that_is_taken_meanwhile_fails_the_build_and_replaces_nothing(ben
 
 
 def test_a_machine_is_tabulated_by_a_worker_that_has_its_file(bench: Bench) -> None:
-    bench.require_machine()
     bench.post(ADDRESS, "motor", {"name": "motor", **MOTOR})
     job = bench.follow("motor", ended, address=ADDRESS)
     assert (job["status"], job["machine"], job["bench"]) == ("done", "dc motor", None), job["problem"]

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_serve_jobs import SETTINGS, Bench, ended, in_stage
+from job_processes import SETTINGS, Bench, ended, in_stage
 
 from evidence.runner import answer_cases
 from slipstick.black_box import BlackBox

@@ -10,7 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from test_serve_jobs import ENDLESS, SHORT, Bench, ended, in_stage, uninterrupted
+from job_processes import ENDLESS, SHORT, Bench, ended, in_stage
+from test_serve_jobs import uninterrupted
 
 from tests import postgresql as postgresql_server
 from tests.postgresql import PASSWORD, Server

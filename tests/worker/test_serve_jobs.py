@@ -1,11 +1,8 @@
 """Fits and studies through real processes: the service takes them in, the worker runs them, and both may be killed."""
 
 import json
-import shutil
 import signal
-import socket
 import sqlite3
-import subprocess
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, suppress
@@ -13,121 +10,22 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import httpx
 import pytest
+from job_processes import ENDLESS, SETTINGS, SHORT, Bench, ended, in_stage
 
 from slipstick.inference.problems import table_problem
 from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
-from slipstick.storage.shipped import FOLDER
 from slipstick.uncertainty import fit
 from worker.__main__ import main
 
-SETTINGS = {"population": 24, "generations": 12, "patience": 12, "order": 4, "seed": 5}
-ENDLESS = {**SETTINGS, "generations": 3000, "patience": 3000}
-SHORT = {"population": 4, "generations": 1, "refine": False, "intervals": False}
-WITH_MOTOR = ("--machine", str(FOLDER / "machines" / "dc_motor.py"))
-
-
-class Bench:
-    """A service and a worker on one folder, with the shipped recordings, `measured`, and a ninth of them, `few`."""
-
-    def __init__(self, shelf: Path, few: Path, folder: Path, launch: Callable[..., subprocess.Popen[bytes]],
-                 jobs: str | None = None) -> None:
-        self.tables, self.launch = folder / "tables", launch
-        shutil.copytree(shelf, self.tables)
-        shutil.copy(few, self.tables)
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            port = free.getsockname()[1]
-        self.environment = {"SLIPSTICK_TABLES": str(self.tables), "SLIPSTICK_PORT": str(port),
-                            "SLIPSTICK_JOBS": jobs or f"sqlite:///{folder}/jobs.sqlite"}
-        self.client = httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=30)
-        self.serve()
-        self.work()
-
-    def serve(self) -> None:
-        self.service = self.launch("service", **self.environment)
-        while True:
-            try:
-                self.client.get("/v1/health").raise_for_status()
-                return
-            except httpx.TransportError:
-                assert self.service.poll() is None
-                time.sleep(0.05)
-
-    def work(self, name: str = "worker-1", *options: str) -> None:
-        self.options = options
-        self.worker = self.launch("worker", "work", "--name", name, *options, **self.environment)
-
-    def require_machine(self) -> None:
-        """Have a worker that has the file of the DC motor: that of the test before, or another in its place."""
-        if self.options != WITH_MOTOR:
-            self.kill(self.worker)
-            self.work("worker-1", *WITH_MOTOR)
-
-    def run_both(self) -> None:
-        """Start what an earlier test has killed and not started again."""
-        if self.service.poll() is not None:
-            self.serve()
-        if self.worker.poll() is not None:
-            self.work()
-
-    def cancel_all(self) -> None:
-        for kind in ("fits", "studies"):
-            for job in self.client.get(f"/v1/{kind}").json()[kind]:
-                if not ended(job):
-                    self.client.post(f"/v1/{kind}/{job['id']}/cancel")
-
-    def kill(self, *processes: subprocess.Popen[bytes]) -> None:
-        for process in processes:
-            process.send_signal(signal.SIGKILL)
-        for process in processes:
-            process.wait()
-
-    def submit(self, name: str, **settings: Any) -> None:
-        self.post("/v1/fits", name, {"settings": settings})
-
-    def post(self, address: str, name: str, body: dict[str, Any]) -> None:
-        answer = self.client.post(address, json=body, headers={"Idempotency-Key": name})
-        assert answer.status_code == 202, answer.text
-
-    def follow(self, name: str, until: Callable[[dict[str, Any]], bool], seconds: float = 300,
-               address: str = "/v1/fits") -> dict[str, Any]:
-        deadline = time.monotonic() + seconds
-        while True:
-            found: dict[str, Any] = self.client.get(f"{address}/{name}").json()
-            if until(found):
-                return found
-            assert time.monotonic() < deadline, found
-            time.sleep(0.2 if until is ended else 0.02)  # a stage may last a tenth of a second only
-
-
-@pytest.fixture(scope="module")
-def processes(shelf: Path, few_recordings: Path, tmp_path_factory: pytest.TempPathFactory,
-              launch: Callable[..., subprocess.Popen[bytes]]) -> Iterator[Bench]:
-    """One bench for all tests of this file: starting a service and a worker takes seconds."""
-    bench = Bench(shelf, few_recordings / "few.h5", tmp_path_factory.mktemp("bench"), launch)
-    yield bench
-    bench.kill(bench.service, bench.worker)
-    bench.client.close()
-
 
 @pytest.fixture
-def bench(processes: Bench) -> Iterator[Bench]:
-    processes.run_both()
-    yield processes
-    processes.run_both()
-    processes.cancel_all()
-
-
-def in_stage(stage: str, generation: int) -> Callable[[dict[str, Any]], bool]:
-    def reached(found: dict[str, Any]) -> bool:
-        assert found["status"] in ("queued", "running"), found
-        progress = found["progress"]
-        return progress is not None and progress["stage"] == stage and progress["generation"] >= generation
-
-    return reached
+def bench(shared_bench: Bench) -> Iterator[Bench]:
+    shared_bench.run_both()
+    yield shared_bench
+    shared_bench.run_both()
+    shared_bench.cancel_all()
 
 
 def study_in_stage(stage: str) -> Callable[[dict[str, Any]], bool]:
@@ -136,10 +34,6 @@ def study_in_stage(stage: str) -> Callable[[dict[str, Any]], bool]:
         return found["progress"] is not None and bool(found["progress"]["stage"] == stage)
 
     return reached
-
-
-def ended(found: dict[str, Any]) -> bool:
-    return found["status"] not in ("queued", "running")
 
 
 def uninterrupted(shelf: Path, **changes: Any) -> dict[str, Any]:
@@ -376,9 +270,9 @@ def stop_outside_a_transaction(bench: Bench) -> None:
 
 
 def test_a_name_is_one_worker_until_it_is_stopped(bench: Bench) -> None:
+    assert bench.launch("worker", "work", **bench.environment).wait(timeout=60) == 1
     bench.submit("endless", **ENDLESS)
     before = bench.follow("endless", in_stage("search", 1))
-    assert bench.launch("worker", "work", **bench.environment).wait(timeout=60) == 1
     bench.worker.terminate()
     assert bench.worker.wait(timeout=10) == 0
     bench.work()
