@@ -68,7 +68,7 @@ def test_ends_are_where_the_closed_form_drops(ridge: Case, optimum: np.ndarray) 
                 assert drop == pytest.approx(drop_at_level(LEVEL), rel=0.05)
         assert abs(interval.curve[:, 1].min()) < 1e-12
         assert np.all(np.diff(interval.curve[:, 0]) > 0)
-        for value, drop in interval.curve[::3]:
+        for value, drop in interval.curve[::6]:
             assert drop > closed_drop(ridge, optimum, direction, value) - 0.01
     assert closed_ends > 8
 
