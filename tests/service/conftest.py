@@ -67,6 +67,14 @@ def read_certificates_once() -> Iterator[None]:
         yield
 
 
+@pytest.fixture(scope="session", autouse=True)
+def leave_first_requests_unprepared() -> Iterator[None]:
+    """Most services of tests end before, and what each prepares takes longer than their requests."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("service.app._QUIET_SECONDS", 1e6)
+        yield
+
+
 @pytest.fixture(scope="session")
 def serving() -> Serving:
     return _serving

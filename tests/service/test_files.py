@@ -60,7 +60,7 @@ def test_a_broken_file_concerns_itself_alone(client: httpx.Client, folder: Path)
 
 def test_each_of_many_files_is_opened_once_for_lists_and_forms(client: httpx.Client, folder: Path,
                                                                few_recordings: Path) -> None:
-    for number in range(20):  # more than the contents that are kept
+    for number in range(17):  # more than the contents that are kept
         for name, copied in (("nominal.h5", folder / "nominal.h5"), ("measured.h5", few_recordings / "few.h5"),
                              ("heavy.toml", folder / "heavy.toml")):
             stem, _, form = name.partition(".")

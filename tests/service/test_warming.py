@@ -43,8 +43,9 @@ def test_the_start_does_not_wait_for_libraries_that_a_propagation_needs_and_warm
     assert "scipy.stats" in warmed
 
 
-def test_the_default_table_and_recordings_are_read_soon_after_the_start(shelf: Path, serving: Serving,
-                                                                        tmp_path: Path) -> None:
+def test_the_default_table_and_recordings_are_read_soon_after_the_start(
+        shelf: Path, serving: Serving, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("service.app._QUIET_SECONDS", 0.2)
     tables = Path(shutil.copytree(shelf, tmp_path / "tables"))
     recordings, table = versions.open_recordings.cache_info().misses, Library(tables).table_in_memory
     assert table("nominal") is None

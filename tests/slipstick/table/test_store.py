@@ -75,7 +75,7 @@ def test_a_flipped_bit_in_any_dataset_is_detected(path, dataset, error, message)
 def test_a_bit_flipped_anywhere_is_detected_or_harmless(table, path):
     content, detected = path.read_bytes(), 0
     generator = np.random.default_rng(5)
-    for position in generator.integers(len(content), size=300):
+    for position in generator.integers(len(content), size=150):
         broken = bytearray(content)
         broken[position] ^= 1 << int(generator.integers(8))
         path.write_bytes(broken)
@@ -83,7 +83,7 @@ def test_a_bit_flipped_anywhere_is_detected_or_harmless(table, path):
             assert Table.open(path).digest == table.digest
         except BadTable:
             detected += 1
-    assert detected > 100
+    assert detected > 50
 
 
 @pytest.mark.parametrize("fraction", [0.0, 0.001, 0.2, 0.9, 0.9999])
@@ -200,7 +200,6 @@ def test_a_failed_write_leaves_the_old_table(table, path, monkeypatch):
 WRITER = """
 import sys
 from slipstick.table import Table
-from tests.benches import NOMINAL
 first, second = (Table.open(name) for name in sys.argv[1:3])
 print("ready", flush=True)
 while True:
