@@ -3,7 +3,6 @@
 import gc
 import re
 import socket
-import subprocess
 import sys
 from pathlib import Path
 
@@ -79,10 +78,11 @@ def test_a_port_in_use_is_an_error_in_one_line(monkeypatch: pytest.MonkeyPatch,
     assert len(error.splitlines()) == 1
 
 
-def test_an_unknown_command_is_refused() -> None:
-    ended = subprocess.run([sys.executable, "-m", "service", "srve"], capture_output=True, text=True, check=False)
-    assert ended.returncode == 2
-    assert "token" in ended.stderr
+def test_an_unknown_command_is_refused(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys, "argv", ["service", "srve"])
+    with pytest.raises(SystemExit, match="2"):
+        main()
+    assert "token" in capsys.readouterr().err
 
 
 def test_the_process_is_prepared_for_many_requests(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,6 +5,7 @@ import io
 import json
 import shutil
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from service.study_schemas import ModelSpec
 from slipstick.clutch.model import Model
 from slipstick.studies import StudyResult, StudySettings
 from tests.benches import HEAVY
+from tests.service.conftest import Serving
 
 KEY = {"Idempotency-Key": "mine"}
 BODY = {"recordings": "few", "settings": {"level": 0.95}}
@@ -29,12 +31,26 @@ SINGLE = {"title": "Lag", "law": {
     "up_to": "nothing", "linearised": False, "formula": None}}
 
 
-@pytest.fixture
-def client(few_recordings: Path, shelf: Path, tmp_path: Path, serving) -> Iterator[httpx.Client]:
-    shutil.copytree(shelf, tmp_path / "tables")
-    shutil.copy(few_recordings / "few.h5", tmp_path / "tables")
-    settings = Settings(tables=tmp_path / "tables", jobs=f"sqlite:///{tmp_path}/jobs.sqlite")
+@contextmanager
+def serving_few(serving: Serving, shelf: Path, few_recordings: Path, folder: Path) -> Iterator[httpx.Client]:
+    shutil.copytree(shelf, folder / "tables")
+    shutil.copy(few_recordings / "few.h5", folder / "tables")
+    settings = Settings(tables=folder / "tables", jobs=f"sqlite:///{folder}/jobs.sqlite")
     with serving(settings) as address, httpx.Client(base_url=address, timeout=30) as client:
+        yield client
+
+
+@pytest.fixture
+def client(serving: Serving, shelf: Path, few_recordings: Path, tmp_path: Path) -> Iterator[httpx.Client]:
+    with serving_few(serving, shelf, few_recordings, tmp_path) as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def refusing(serving: Serving, shelf: Path, few_recordings: Path, tmp_path_factory: pytest.TempPathFactory
+             ) -> Iterator[httpx.Client]:
+    """A client for requests that are all refused, which leave nothing behind."""
+    with serving_few(serving, shelf, few_recordings, tmp_path_factory.mktemp("refusing")) as client:
         yield client
 
 
@@ -90,11 +106,11 @@ def test_repeated_requests_with_one_key_create_one_study_and_no_fit(client: http
     ({"settings": {"seed": 2**60}}, 422, "whole number from 0"),
     ({"table": "nominal"}, 422, "body.table")])
 def test_invalid_studies_are_rejected_with_a_remedy(
-        client: httpx.Client, body: dict[str, Any], status: int, message: str) -> None:
-    response = client.post("/v1/studies", json={"recordings": "few", **body})
+        refusing: httpx.Client, body: dict[str, Any], status: int, message: str) -> None:
+    response = refusing.post("/v1/studies", json={"recordings": "few", **body})
     assert response.status_code == status
     assert message in response.json()["remedy"] + json.dumps(response.json().get("errors"))
-    assert not client.get("/v1/studies").json()["studies"]
+    assert not refusing.get("/v1/studies").json()["studies"]
 
 
 def test_recordings_that_cannot_be_studied_are_rejected(client: httpx.Client, tmp_path: Path) -> None:
