@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from math import gcd
 from numbers import Real
 from typing import overload
 
@@ -130,9 +131,15 @@ def _coefficients(effect: Effect, amount: float | Mapping[str, float]) -> dict[s
 
 def _spread(conditions: Conditions, engagements: int) -> Conditions:
     """So many conditions, evenly over those given, or each of them more than once."""
-    rows = np.linspace(0, len(conditions), _require_count(engagements, "engagements"), endpoint=False).astype(int) \
-        if engagements <= len(conditions) else np.arange(engagements) % len(conditions)
-    return replace(conditions, run_order=None).take(rows)
+    many = len(conditions)
+    rows = np.arange(_require_count(engagements, "engagements"))
+    if engagements < many:
+        # Equal steps would often meet a single level of the condition that varies fastest. A stride that has no factor
+        # in common with the number of conditions, near its golden section, meets all levels about equally often.
+        strides = (step for step in range(1, many) if gcd(step, many) == 1)
+        stride = min(strides, key=lambda step: abs(step - 0.618 * many))
+        rows = np.sort(rows * stride % many)
+    return replace(conditions, run_order=None).take(rows % many)
 
 
 def _require_count(count: int, what: str) -> int:

@@ -44,6 +44,15 @@ def test_it_is_the_simulation_of_the_model_under_the_conditions() -> None:
     assert sorted(twice.run_order) == list(range(20))
 
 
+@pytest.mark.parametrize("engagements", [24, 36, 54])
+def test_few_engagements_have_all_levels_of_every_condition(engagements: int) -> None:
+    taken = simulate(HEAVY, engagements=engagements).conditions
+    for name in ("current_profile", "motor_speed", "load_inertia", "brake_torque"):
+        levels, counts = np.unique(getattr(taken, name), return_counts=True)
+        assert len(levels) == len(np.unique(getattr(HEAVY.conditions, name))), name
+        assert counts.max() <= 2 * counts.min(), name
+
+
 @pytest.mark.parametrize(("given", "message"), [
     ({"effects": ["stribek_friction"]}, "Did you mean 'stribeck_friction'"),
     ({"effects": {"stribeck_friction": 99}}, "99 times its typical value, .* Take it within"),
