@@ -24,6 +24,7 @@ from slipstick.building.axes import Spans
 from slipstick.clutch.ensemble import DEFAULT, TIGHT, Accuracy
 from slipstick.clutch.model import Model
 from slipstick.errors import BadTable, InvalidValue, UnknownName, WrongLayout
+from slipstick.interface.files import require_suffix
 from slipstick.interface.models import BenchLike, ModelLike, bench_of, conditions_of, model_of
 from slipstick.interface.progress import ProgressLine, Show, counting
 from slipstick.recordings import Recordings
@@ -156,8 +157,11 @@ def require_threads(threads: int | None) -> None:
 
 
 def require_table(path: Path | None) -> None:
-    """Raise `InvalidValue` if the file exists and is not a table, so that a build never replaces recordings."""
-    if path is None or not path.exists():
+    """Raise `InvalidValue` unless a table can be written to `path`: a build never replaces recordings."""
+    if path is None:
+        return
+    require_suffix(path, ".h5")
+    if not path.exists():
         return
     try:
         Table.open(path)

@@ -64,7 +64,7 @@ WRONG: dict[str, tuple[Call, str]] = {
     "outside": (lambda table: slipstick.fit(table, "sample", outside="x"), "policy"),  # type: ignore[arg-type]
     "model": (lambda table: slipstick.build("heavy", model=3), "is not a model"),  # type: ignore[arg-type]
     "out": (lambda table: slipstick.build("heavy", {"pressure_bias": (0.9, 1.1, 2)}, out=table.with_suffix(".csv"),
-                                          progress=False), "End it in .h5"),
+                                          progress=False), "ends in .h5"),
 }
 
 

@@ -134,6 +134,9 @@ def test_other_arguments_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InvalidValue, match="exists and is not a table"):
         quiet_build(HEAVY, AXES, out=tmp_path / "notes.h5")
     assert (tmp_path / "notes.h5").read_text() == "mine"
+    with pytest.raises(InvalidValue, match=r"table\.txt' is not the name of a \.h5 file"):
+        quiet_build(HEAVY, AXES, out=tmp_path / "table.txt")
+    assert [path.name for path in tmp_path.iterdir()] == ["notes.h5"]  # refused before anything is simulated
 
 
 def test_an_interrupted_build_is_resumed_by_the_same_call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
