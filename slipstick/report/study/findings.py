@@ -127,14 +127,15 @@ def _worth(finding: FindingResult) -> Entries:
     ordered = sorted(finding.worth.signals.items(), key=lambda entry: -entry[1])
     large = [f"{number(value, 2)} in the {channel(name)}" for name, value in ordered if value >= _NOTHING]
     small = [f"the {channel(name)}" for name, value in ordered if value < _NOTHING]
-    time = (f"changes the shifting time by {number(finding.worth.shifting_time)} ms (root mean square), at most by "
-            f"{signed(finding.worth.largest)} ms") if abs(finding.worth.largest) >= _NOTHING else \
-        "does not change the shifting time"
+    time, smaller = "does not change the shifting time", ""
+    if abs(finding.worth.largest) >= _NOTHING:
+        time = (f"changes the shifting time by {number(finding.worth.shifting_time)} ms (root mean square), at most by "
+                f"{signed(finding.worth.largest)} ms")
+        smaller = "The gap is smaller, because parameters that are fitted without the effect take a part of it. "
     signals = f"the change is {listed(large)}" if large else "all changes are below a tenth"
     rest = f"; {listed(small)} hardly change{'s' * (len(small) == 1)}" if large and small else ""
     return [("Size of the effect:", f"under the recorded conditions it {time}, with all other parameters as they are. "
-             "The gap is smaller, because parameters that are fitted without the effect take a part of it. In the "
-             f"signals, in standard deviations of their noise, {signals}{rest}.")]
+             f"{smaller}In the signals, in standard deviations of their noise, {signals}{rest}.")]
 
 
 def _list_experiments(finding: FindingResult) -> list[Part]:

@@ -298,6 +298,18 @@ def test_tables_and_pictures_of_the_gap_agree(studied: Studied, reading: Read) -
 
 
 @pytest.mark.usefixtures("undrawn")
+def test_a_finding_without_an_effect_on_shifting_times_has_no_smaller_gap_in_them(studied: Studied,
+                                                                                reading: Read) -> None:
+    result, figures = studied("friction")
+    assert result.findings[0].worth is not None
+    assert "The gap is smaller" in reading(page(result, figures)).text
+    unchanged = replace(result.findings[0].worth, shifting_time=0.0, largest=0.0)
+    text = reading(page(changed(result, worth=unchanged), figures)).text
+    assert "it does not change the shifting time, with all other parameters as they are. In the signals" in text
+    assert "The gap is smaller" not in text
+
+
+@pytest.mark.usefixtures("undrawn")
 def test_what_the_simulation_does_not_confirm_is_a_warning(studied: Studied) -> None:
     result, figures = studied("friction")
     confirmation = result.findings[0].confirmation
