@@ -594,6 +594,11 @@ def test_what_is_wrong_with_files_of_a_logger_is_said_beside_its_field(
     person.fill(upload, file=str(tmp_path / "semicolons.csv"), bench="heavy")
     person.send(upload)
     assert "Files of a logger, with other columns or separators, are added below" in person.wrong(upload)
+    (tmp_path / "run.mf4").write_bytes(b"MDF")
+    person.fill(upload, file=str(tmp_path / "run.mf4"))
+    person.send(upload)
+    assert person.wrong(upload) == ("'run.mf4' does not end in .csv or .h5 or .hdf5. Choose such a file. "
+                                    "Files of a logger, with other columns or separators, are added below.")
     # The common begin of the names is proposed, and replaced by typing.
     choose = person.form("read-files")
     person.fill(choose, files="\n".join(map(str, paths)), subject="machine=the+%3Cb%3E%22sled%22%3C%2Fb%3E")

@@ -117,14 +117,26 @@ function put(object, [key, ...rest], value) {
 }
 
 function check(form) {
-  const wrong = [...form.elements].filter(field => field.willValidate && !field.validity.valid);
-  for (const field of wrong) {
-    const { valueMissing, patternMismatch } = field.validity;
-    mark(field, valueMissing ? (field.type === "file" ? "Choose a file" : "Fill in this field") :
-      patternMismatch ? field.title : field.validationMessage);
+  const faults = [...form.elements].filter(field => field.willValidate)
+    .map(field => [field, describeFault(form, field)]).filter(([, words]) => words);
+  for (const [field, words] of faults) {
+    mark(field, words);
   }
-  wrong[0]?.focus();
-  return wrong.length === 0;
+  faults[0]?.[0].focus();
+  return faults.length === 0;
+}
+
+// What is wrong with the value of a field; empty if nothing is.
+function describeFault(form, field) {
+  const { valid, valueMissing, patternMismatch } = field.validity;
+  if (!valid) {
+    return valueMissing ? (field.type === "file" ? "Choose a file" : "Fill in this field") :
+      patternMismatch ? field.title : field.validationMessage;
+  }
+  const name = form.dataset.body === "file" && field.type === "file" ? field.files[0].name : "";
+  const endings = field.accept?.split(",") ?? [];
+  return !name || endings.some(ending => name.toLowerCase().endsWith(ending)) ? "" :
+    `'${name}' does not end in ${endings.join(" or ")}. Choose such a file. ${form.dataset.hint}`.trim();
 }
 
 // Say a problem: each field error beside its field, and any other beside the field whose value the problem quotes.
