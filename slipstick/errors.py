@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from numbers import Integral
 
 _LONGEST_NAME, _MOST_LISTED = 100, 50
 """Maximum length of a name that a message quotes, and maximum number of names that it lists."""
@@ -81,3 +82,10 @@ class LimitExceeded(SlipstickError):
 
 class OutsideTable(SlipstickError):
     """A point lies outside the table and the policy for such points is `error`."""
+
+
+def require_whole(**numbers: int | None) -> None:
+    """Raise `InvalidValue` for an argument that is given and is not a whole number."""
+    for name, number in numbers.items():
+        if number is not None and (isinstance(number, bool) or not isinstance(number, Integral)):
+            raise InvalidValue(f"`{name}` is {number!r}", "Give a whole number")

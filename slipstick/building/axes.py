@@ -22,6 +22,8 @@ def axes_of(subject: Subject, spans: Spans, counted: bool = True) -> tuple[Axis,
     Raises `UnknownName` for something that is no parameter or input of the `subject`, and `InvalidValue`, also for a
     span beyond the range of an input of a black box.
     """
+    if not isinstance(spans, Mapping):
+        raise InvalidValue(f"The axes are {spans!r:.60}", 'Give a mapping, such as {"pressure_bias": (0.8, 1.2, 25)}')
     if not spans:
         raise InvalidValue("The table has no axes", "Give one or more parameters with their spans")
     return tuple(_axis(subject, name, span, counted) for name, span in spans.items())

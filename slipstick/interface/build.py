@@ -23,7 +23,7 @@ from slipstick.building import (
 from slipstick.building.axes import Spans
 from slipstick.clutch.ensemble import DEFAULT, TIGHT, Accuracy
 from slipstick.clutch.model import Model
-from slipstick.errors import BadTable, InvalidValue, UnknownName, WrongLayout
+from slipstick.errors import BadTable, InvalidValue, UnknownName, WrongLayout, require_whole
 from slipstick.interface.files import require_suffix
 from slipstick.interface.models import BenchLike, ModelLike, bench_of, conditions_of, model_of
 from slipstick.interface.progress import ProgressLine, Show, counting
@@ -152,6 +152,7 @@ def runnable(model: Model, conditions: Conditions) -> tuple[Model, Conditions]:
 
 def require_threads(threads: int | None) -> None:
     """Raise `InvalidValue` for too few threads."""
+    require_whole(threads=threads)
     if threads is not None and threads < 1:
         raise InvalidValue(f"{threads} threads are too few", "Give 1 or more")
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from slipstick.black_box import Measurements
-from slipstick.errors import InvalidValue
+from slipstick.errors import InvalidValue, require_whole
 from slipstick.inference.inputs import table_inputs
 from slipstick.inference.likelihoods import Likelihoods, LikelihoodSettings, Method, compute_likelihoods
 from slipstick.inference.problems import Measured, table_problem
@@ -179,6 +179,7 @@ def likelihood(table: TableLike, recordings: Measured | Path | str, mean: float 
 
     """
     require_outside(outside)
+    require_whole(order=order, nodes=nodes, runs=runs, lines=lines, samples=samples, seed=seed)
     if output_std is None:
         raise InvalidValue("The output noise is not given",
                            "Give as `output_std` its standard deviation in the unit of the output, such as 0.01 s")

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from slipstick.errors import require_whole
 from slipstick.inference.inputs import table_inputs
 from slipstick.inference.problems import table_model
 from slipstick.inference.propagation import (
@@ -266,6 +267,7 @@ def propagate(table: TableLike, mean: float | Sequence[float] | np.ndarray,
 
     """
     require_outside(outside)
+    require_whole(order=order, nodes=nodes, runs=runs, density_points=density_points, samples=samples, seed=seed)
     opened = open_table(table)
     inputs = table_inputs(opened, mean, std, families, mixing, correlation, support)
     selected, rows = select_conditions(opened, conditions)

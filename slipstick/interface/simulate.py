@@ -13,7 +13,7 @@ from slipstick.building import compile_simulator, say_compilation
 from slipstick.clutch import effects as catalogue
 from slipstick.clutch.effects.effect import Effect
 from slipstick.engine.simulation import simulate_runs
-from slipstick.errors import InvalidValue, UnknownName
+from slipstick.errors import InvalidValue, UnknownName, require_whole
 from slipstick.interface.models import BenchLike, ModelLike, bench_of, conditions_of, model_of
 from slipstick.machine import Machine, Runs, list_experiments
 from slipstick.numerics.quantities import raised
@@ -78,6 +78,7 @@ def simulate(bench: BenchLike | Machine, effects: Effects = (), *, model: ModelL
         For an effect or coefficient that does not exist.
 
     """
+    require_whole(engagements=engagements, runs=runs, seed=seed)
     if isinstance(bench, Machine):
         given = {"effects": bool(effects), "model": model is not None, "conditions": conditions is not None,
                  "engagements": engagements is not None, "scatter": scatter != SCATTER, "noise": noise != NOISE}

@@ -6,7 +6,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from slipstick.errors import InvalidValue, UnknownName
+from slipstick.errors import InvalidValue, UnknownName, require_whole
 from slipstick.uncertainty.chaos.expansion import ExpansionSettings, Rule
 from slipstick.uncertainty.chaos.families import FAMILIES, LARGEST
 from slipstick.uncertainty.likelihood.likelihood import SAMPLES
@@ -67,6 +67,8 @@ class FitSettings:
 
     def __post_init__(self) -> None:
         """Check the settings."""
+        require_whole(seed=self.seed, population=self.population, generations=self.generations, patience=self.patience,
+                      order=self.order, nodes=self.nodes, runs=self.runs, samples=self.samples, grid=self.grid)
         for name, least in (("seed", 0), ("population", 4), ("generations", 1), ("patience", 1), ("tolerance", 0),
                             ("grid", 2)):
             if not getattr(self, name) >= least:

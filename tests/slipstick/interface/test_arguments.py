@@ -62,6 +62,13 @@ WRONG: dict[str, tuple[Call, str]] = {
     "settings": (lambda table: slipstick.study("heavy", "sample", settings=3), "The settings are 3"),  # type: ignore[arg-type]
     "fit settings": (lambda table: slipstick.fit(table, "sample", mean_bounds=3), "cannot be read"),
     "outside": (lambda table: slipstick.fit(table, "sample", outside="x"), "policy"),  # type: ignore[arg-type]
+    "order": (lambda table: slipstick.propagate(table, 1, 0.1, order=2.5), "`order` is 2.5"),  # type: ignore[arg-type]
+    "lines": (lambda table: slipstick.likelihood(table, "sample", 1, 0.1, 0.01, lines=64.0), "`lines` is 64.0"),  # type: ignore[arg-type]
+    "engagements": (lambda table: slipstick.simulate("heavy", engagements=1.5), "`engagements` is 1.5"),  # type: ignore[call-overload]
+    "seed": (lambda table: slipstick.simulate("heavy", seed="x"), "`seed` is 'x'"),  # type: ignore[call-overload]
+    "threads": (lambda table: slipstick.build("heavy", threads=True), "`threads` is True"),
+    "population": (lambda table: slipstick.fit(table, "sample", population=8.5), "`population` is 8.5"),
+    "axes": (lambda table: slipstick.build("heavy", ["pressure_bias"]), "The axes are"),  # type: ignore[arg-type]
     "model": (lambda table: slipstick.build("heavy", model=3), "is not a model"),  # type: ignore[arg-type]
     "out": (lambda table: slipstick.build("heavy", {"pressure_bias": (0.9, 1.1, 2)}, out=table.with_suffix(".csv"),
                                           progress=False), "ends in .h5"),
