@@ -7,6 +7,7 @@ from typing import Any
 
 from slipstick.pictures import units
 from slipstick.pictures.theme import in_words
+from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.report.markup import paragraph, section
 from slipstick.report.words import duration
 
@@ -150,7 +151,7 @@ def _estimate(value: float, lower: float, upper: float, unit: str) -> str:
 
 
 def _blocks(side: Side) -> dict[str, str]:
-    return {block["name"]: _number(block["chi_square"]) for block in side.result["blocks"]}
+    return {f"{block['name']}: {block['signals']}": _number(block["chi_square"]) for block in side.result["blocks"]}
 
 
 def _gaps(side: Side) -> dict[str, str]:
@@ -163,7 +164,7 @@ def _gaps(side: Side) -> dict[str, str]:
 
 
 def _closure(name: str, closure: Mapping[str, Any]) -> str:
-    factor, unit = (1e3, "ms") if name == "shifting_time" else (1.0, "")
+    factor, unit = (1e3, "ms") if name == "shifting_time" else (1.0, units.raised(SIGNAL_UNITS.get(name, "")))
     before, after = (_number(factor * closure[f"rms_{which}"]) for which in ("before", "after"))
     return units.with_unit(f"{before} to {after}", unit)
 

@@ -17,6 +17,7 @@ from test_problems import problem
 
 from service.front.elements import job_name
 from slipstick.machine import Profile, Runs
+from slipstick.pictures import units
 from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
 from tests.benches import HEAVY
@@ -164,6 +165,11 @@ def test_studies_have_names_and_their_laws(serving_jobs: Any, folder: Path, few_
         assert again.status_code == 304
         problem(client.get("/studies/none/law.svg"), 404)
         problem(client.get("/studies/other/law.svg"), 404)
+        page = client.get("/compare", params={"kind": "study", "first": made_up, "second": "none"}).text
+        gap = few_study["result"]["gap"]["closures"]["output_torque"]
+        for words in ("current → pressure", "output torque", f"{units.number(gap['rms_before'], 3)} to "
+                      f"{units.number(gap['rms_after'], 3)} N m"):
+            assert words in page
 
 
 @pytest.mark.slow
