@@ -124,9 +124,9 @@ def _coefficients(effect: Effect, amount: float | Mapping[str, float]) -> dict[s
                            "Give a multiple of its typical amplitudes, or a mapping of its coefficients to values")
     for entry in effect.coefficients:
         if entry.name in values and not entry.lower <= values[entry.name] <= entry.upper:
-            raise InvalidValue(f"{how} {entry.name} of {effect.name} is {values[entry.name]:g} "
-                               f"{raised(entry.unit)}",
-                               f"Take it within {entry.lower:g} and {entry.upper:g} {raised(entry.unit)}")
+            unit = "" if entry.unit == "1" else f" {raised(entry.unit)}"
+            raise InvalidValue(f"{how} {entry.name} of {effect.name} is {values[entry.name]:g}{unit}",
+                               f"Take it between {entry.lower:g} and {entry.upper:g}{unit}")
     return values
 
 

@@ -69,7 +69,7 @@ def test_what_cannot_be_simulated_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("options", "message"), [
     (["--effect", "stribek_friction"], "Did you mean 'stribeck_friction'?"),
     (["--effect", "stribeck_friction=strong"], "Write stribeck_friction, or stribeck_friction=MULTIPLE"),
-    (["--effect", "stribeck_friction=99"], "Take it within"),
+    (["--effect", "stribeck_friction=99"], "Take it between"),
     (["--engagements", "0"], "0 engagements are too few"),
     (["--scatter", "-1"], "Give numbers of 0 or more"),
     (["--out", "recordings.csv"], "Give --out a path that ends in .h5")])

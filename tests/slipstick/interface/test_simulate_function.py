@@ -55,12 +55,13 @@ def test_few_engagements_have_all_levels_of_every_condition(engagements: int) ->
 
 @pytest.mark.parametrize(("given", "message"), [
     ({"effects": ["stribek_friction"]}, "Did you mean 'stribeck_friction'"),
-    ({"effects": {"stribeck_friction": 99}}, "99 times its typical value, .* Take it within"),
-    ({"effects": {"stribeck_friction": {"strength": 99}}}, "strength of stribeck_friction is 99 1. Take it within"),
+    ({"effects": {"stribeck_friction": 99}}, "99 times its typical value, .* Take it between"),
+    ({"effects": {"stribeck_friction": {"strength": 99}}}, "is 99. Take it between -0.3 and 1[.]"),
+    ({"effects": {"return_spring": 1e6}}, r" m/s\. Take it between -?[0-9.]+ and [0-9.]+ m/s\."),
     ({"effects": {"stribeck_friction": {"strenght": 0.1}}}, "Did you mean 'strength'"),
     ({"effects": {"stribeck_friction": "strong"}}, "Give a multiple of its typical amplitudes"),
     ({"effects": {"stribeck_friction": True}}, "Give a multiple of its typical amplitudes"),
-    ({"effects": {"stribeck_friction": float("nan")}}, "Take it within"),
+    ({"effects": {"stribeck_friction": float("nan")}}, "Take it between"),
     ({"engagements": 0}, "0 engagements are too few"), ({"scatter": -1.0}, "0 or more"),
     ({"noise": float("nan")}, "0 or more"), ({"seed": -1}, "The seed is -1"),
     ({"model": "missing.json"}, "Cannot read a model"), ({"model": NOMINAL}, "another bench than 'compact'"),
