@@ -199,6 +199,6 @@ class Table(ABC):
             row = rows.index(-1)
             raise InvalidValue(f"Condition {row} (counted from 0: {described(conditions, row)}) "
                                "is not in the table" + " at its position in the run order" * self.model.uses_run_order,
-                               "Build a table for your conditions with `--conditions FILE`, or leave out this one")
+                               "Build a table under the conditions of these recordings, or leave this one out")
         return np.array(rows, dtype=np.int64)
 

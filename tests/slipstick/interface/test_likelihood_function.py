@@ -79,7 +79,8 @@ def test_measurements_of_another_machine_are_taken_in_their_unit() -> None:
     ({"lines": 8}, "The number of lines is 8. Give 16 to 1024"), ({"samples": 1000}, "not a power of two"),
     ({"seed": -1}, "The seed is -1"), ({"method": "expansion", "order": 99}, "no expansion of order 99"),
     ({"recordings": HEAVY}, "The Bench is not recordings"),
-    ({"recordings": Recordings(COMPACT.conditions.take([0]), np.array([0.4]))}, "Condition 0 .* is not in the table"),
+    ({"recordings": Recordings(COMPACT.conditions.take([0]), np.array([0.4]))},
+     "Condition 0 .* is not in the table. Build a table under the conditions of these recordings"),
     ({"table": HEAVY}, "The Bench is not a table"),
 ])
 def test_what_has_no_likelihood_is_refused(table: Path, given: dict[str, Any], message: str) -> None:
