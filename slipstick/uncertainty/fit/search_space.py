@@ -31,8 +31,9 @@ def search_space(settings: FitSettings, problem: InferenceProblem) -> Unknowns:
                 raise InvalidValue(f"No beta input of {problem.axes[axis]} has a std of {std[axis, 0]:.4g}",
                                    f"Choose std_bounds below {widest:.4g}, or another family")
     if np.any(lower >= upper):
+        ranges = [f"{low:g} to {high:g} ({axis})" for axis, low, high in zip(problem.axes, *support.T, strict=True)]
         raise InvalidValue("The bounds of a mean lie outside the domain of the model",
-                           f"Choose mean_bounds within {problem.lower} to {problem.upper}")
+                           f"Choose mean_bounds within {', '.join(ranges)}")
     bounds = settings.output_std_bounds or problem.output_std_bounds
     problem.require_output_std(bounds[0])
     noise = np.log(bounds)

@@ -151,7 +151,7 @@ def test_means_are_bounded_by_the_box_and_by_their_family() -> None:
 
 
 @pytest.mark.parametrize(("change", "cause"), [
-    ({"mean_bounds": ((1.6, 2.0),)}, "outside the domain of the model"),
+    ({"mean_bounds": ((1.6, 2.0),)}, r"outside the domain of the model. Choose mean_bounds within 0\.5 to 1\.5 \("),
     ({"mean_bounds": ((0.5, 1.5),) * 3}, "3 pairs of bounds for 2 inputs"),
     ({"families": ("gamma",) * 3}, "3 families for 2 inputs"),
     ({"families": ("beta",), "mean_bounds": ((0.3, 0.51),)}, "outside the domain of the model"),
