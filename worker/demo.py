@@ -107,7 +107,8 @@ class Demo:
                 raise InvalidValue(f"There is no file {path}", _REMEDY[self.suffix == ""])
         with socket.socket() as probe:
             if probe.connect_ex(("127.0.0.1", self.port)) == 0:
-                raise InvalidValue(f"Port {self.port} is in use", "Stop the program that uses it, or give --port 8001")
+                raise InvalidValue(f"Port {self.port} is in use", "Stop the program that uses it, or give another "
+                                   "port by --port, with `make demo` by the environment variable SLIPSTICK_PORT")
         self.command("table at the nominal parameters", "build", "--bench", self.bench,
                      "--out", f"tables/nominal{self.suffix}.h5")
         self.start()

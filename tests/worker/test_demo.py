@@ -47,7 +47,7 @@ def test_what_it_cannot_do_is_refused_before_anything_runs(options: list[str], m
 def test_a_port_in_use_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         assert main(["demo", "--port", str(taken.getsockname()[1])]) == 1
-    assert "is in use. Stop the program that uses it, or give --port" in capsys.readouterr().err
+    assert "with `make demo` by the environment variable SLIPSTICK_PORT" in capsys.readouterr().err
 
 
 def test_a_folder_without_the_shipped_files_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
