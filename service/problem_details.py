@@ -26,6 +26,10 @@ CURL_JSON = "With curl 7.82 or newer, use `--json`; with an older version, add -
 """Remedy for a JSON body with another media type."""
 _FORMS = {"text/html": "html", "application/json": "json", MEDIA_TYPE: "json", "*/*": "json"}
 """Form of a problem by the media type of the Accept header."""
+_IN_JSON = {**dict.fromkeys(("model_type", "model_attributes_type", "dataclass_type", "dict_type"),
+                            "Input should be a JSON object"),
+            **dict.fromkeys(("list_type", "tuple_type"), "Input should be a JSON array")}
+"""Kind of a validation error -> its message, where that of pydantic names types of Python."""
 _MOST_ERRORS = 20
 """Maximum number of validation errors in a response: a large array of wrong type produces one error per element."""
 
@@ -239,7 +243,8 @@ def _on_validation_error(request: Request, error: Exception) -> Response:
 def _field_errors(request: Request, entries: Iterable[dict[str, Any]]) -> Iterable[RequestFieldError]:
     for entry in entries:
         # The invalid value itself is left out: it may be huge, or not representable in JSON.
-        what = explain_unknown_key(request, entry) or str(entry["msg"])
+        what = explain_unknown_key(request, entry) or _IN_JSON.get(entry["type"]) or \
+            str(entry["msg"]).removeprefix("Value error, ")
         yield RequestFieldError(where=".".join(str(part) for part in entry["loc"])[:200], what=what[:500])
 
 

@@ -65,6 +65,18 @@ def test_json_that_does_not_match_the_schema(client: httpx.Client, path: str, bo
     assert problem(client.post(path, content=body, headers=JSON), 422)["errors"]
 
 
+@pytest.mark.parametrize(("path", "body", "what"), [
+    ("/v1/evaluate", [], "Input should be a JSON object"),
+    ("/v1/fits", {"settings": 3}, "Input should be a JSON object"),
+    ("/v1/evaluate", {"points": 3}, "Input should be a JSON array"),
+    ("/v1/fits", {"settings": {"mean_bounds": [3]}}, "Input should be a JSON array"),
+    ("/v1/likelihood", {"candidates": [{**INPUTS, "output_std": 0.01}], "lines": 17}, "17 is not a power of two"),
+])
+def test_the_error_for_a_wrong_type_speaks_of_json(client: httpx.Client, path: str, body: Any, what: str) -> None:
+    said, = problem(client.post(path, json=body), 422)["errors"]
+    assert said["what"].startswith(what)
+
+
 @pytest.mark.parametrize(("path", "body", "where", "nearest"), [
     ("/v1/evaluate", {"tabel": "nominal"}, "body.tabel", "table"),
     ("/v1/propagate", {"inputs": {**INPUTS, "meen": [1]}}, "body.inputs.meen", "mean"),
