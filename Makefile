@@ -35,7 +35,7 @@ demo-stop: setup ## stop the service and the worker of the demo
 	@$(BIN)/python -m worker demo --stop
 
 # What tests share is compiled before, so that they do not compile it at the same time: kernels and modules.
-test: setup ## ruff, mypy and the tests (about five minutes on two cores)
+test: setup ## ruff, mypy and the tests (six minutes on two cores)
 	@$(BIN)/python -m worker.rehearsal & \
 	  $(MAKE) --no-print-directory lint && $(BIN)/python -m pytest --collect-only --quiet > /dev/null && wait
 	@$(ONE_THREAD) $(BIN)/python -m pytest --numprocesses auto --dist loadfile --durations=10
