@@ -8,8 +8,9 @@ from dbos import WorkflowStatus
 from pydantic import BaseModel
 
 from slipstick.storage.library import Library
+from slipstick.storage.queues import find_machine
 
-from .job_store import KINDS, JobInput, JobStore, find_machine
+from .job_store import KINDS, JobInput, JobStore
 from .jobs import Job, input_of, is_of_machine, job_fields, job_id_path, output_of, store_of
 from .machines import Machines, tell_missing
 from .paging import Page

@@ -20,10 +20,6 @@ from .job_table import JobTable
 from .problem_details import Conflict
 
 PROGRESS = "progress"
-QUEUES = "short", "long"
-"""A worker runs one job of each queue at a time, so that a short job does not wait for a long one."""
-_MACHINE = "machine "
-"""Begin of the name of the queue of a machine: only workers that have its file take jobs from it."""
 APPLICATION = "slipstick"
 KINDS = {"fit": "/v1/fits", "study": "/v1/studies", "calibration": "/v1/calibrations",
          "build": "/v1/builds"}
@@ -116,16 +112,6 @@ class JobStore:
         if job.status != "ENQUEUED":
             return None
         return self.table.ahead(job.workflow_id, str(job.queue_name), int(job.created_at or 0))
-
-
-def name_machine_queue(machine: str) -> str:
-    """Return the queue of the jobs that need a machine."""
-    return f"{_MACHINE}{machine}"
-
-
-def find_machine(queue: str) -> str | None:
-    """Return the machine of a queue; None for jobs that any worker can do."""
-    return queue.removeprefix(_MACHINE) if queue.startswith(_MACHINE) else None
 
 
 def _has_nul(value: object) -> bool:

@@ -13,11 +13,12 @@ from pydantic import BaseModel, BeforeValidator, Field
 from starlette.concurrency import run_in_threadpool
 
 from slipstick.storage.library import Library
+from slipstick.storage.queues import name_machine_queue
 from slipstick.time_budget import TimeBudgetEnded
 
 from .following import Following
 from .job_filter import ENDED, STATUS, JobFilter, Status
-from .job_store import JobInput, JobStore, name_machine_queue
+from .job_store import JobInput, JobStore
 from .problem_details import Conflict
 
 _SUBMITTING = threading.Lock()

@@ -11,11 +11,13 @@ from prometheus_client.metrics_core import Metric
 from prometheus_client.registry import Collector
 from sqlalchemy.exc import SQLAlchemyError
 
+from slipstick.storage.queues import QUEUES
+
 from .computations import Computations
 from .following import Following
 from .heartbeats import Heartbeats
 from .job_filter import STATUS
-from .job_store import KINDS, QUEUES
+from .job_store import KINDS
 from .job_table import JobTable
 
 _SECONDS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30, 100, 300)

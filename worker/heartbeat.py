@@ -14,8 +14,8 @@ from sqlalchemy import Engine, text
 from sqlalchemy.exc import SQLAlchemyError
 
 from slipstick.storage.database import clock, create_tables
+from slipstick.storage.queues import QUEUES
 
-from .jobs import QUEUES
 from .worker_name import NameLock
 
 _SECONDS = 1.0

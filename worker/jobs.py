@@ -11,20 +11,14 @@ from typing import Any
 
 from dbos import DBOS, error
 
+from slipstick.storage.queues import QUEUES
+
 from .computing import Computer
 
-QUEUES = ("short", "long")
-"""Names of the queues of jobs that any worker can do: a worker runs one job of each at a time, so that a short job does
-not wait for a long one. The jobs of each machine have a further queue (service/job_store.py)."""
 _PROGRESS = "progress"
 
 Computers = Mapping[str, Computer]
 """The process for the steps of each queue."""
-
-
-def name_machine_queue(machine: str) -> str:
-    """Return the queue of the jobs that need a machine, which a worker without it does not take."""
-    return f"machine {machine}"
 
 
 def compute(computers: Computers, step: Callable[..., dict[str, Any]], *arguments: Any,

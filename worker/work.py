@@ -59,8 +59,9 @@ def run(arguments: argparse.Namespace) -> int:
     from dbos import DBOS  # an extra, which --help needs not
 
     from slipstick.storage.database import file_of, is_server, open_database, shown
+    from slipstick.storage.queues import QUEUES, name_machine_queue
 
-    from . import build_job, calibration_job, fit_job, heartbeat, jobs, known_machines, study_job
+    from . import build_job, calibration_job, fit_job, heartbeat, known_machines, study_job
     from .worker_name import locked_name
 
     if not Path(arguments.tables).is_dir():
@@ -85,9 +86,9 @@ def run(arguments: argparse.Namespace) -> int:
         rehearsal = None if arguments.no_compile else subprocess.Popen(rehearse)
         modules = tuple(f"{__package__}.{kind}_steps" for kind in ("fit", "study", "calibration", "build"))
         forking = forking_of(modules)
-        queues = *jobs.QUEUES, *(jobs.name_machine_queue(each.name) for each in known)
+        queues = *QUEUES, *(name_machine_queue(each.name) for each in known)
         computers = defaultdict[str, Computer](lambda: Computer(arguments.tables, forking))
-        for queue in jobs.QUEUES:  # those of machines start with their first job
+        for queue in QUEUES:  # those of machines start with their first job
             _ = computers[queue]
         fit_job.register(computers, simulators)
         study_job.register(computers, declared, arguments.dask)

@@ -12,6 +12,7 @@ from slipstick.errors import InvalidValue
 from slipstick.inference.fitting import complete_settings
 from slipstick.inference.problems import machine_problem, require_reach, simulated_problem, table_problem
 from slipstick.storage.library import Library
+from slipstick.storage.queues import name_machine_queue
 
 from ..bodies import JsonRoute
 from ..computations import computes
@@ -20,7 +21,7 @@ from ..fit_cost import fit_cost, queue_of, require_cost
 from ..fit_schemas import Fit, FitList, FitRequest, FitResult, FitWithProgress
 from ..job_filter import JobFilter
 from ..job_kind import JobKind
-from ..job_store import JobInput, JobStore, name_machine_queue
+from ..job_store import JobInput, JobStore
 from ..jobs import (
     bench_input,
     idempotency_key_header,
