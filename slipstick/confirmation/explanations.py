@@ -8,6 +8,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
+import numpy as np
+
 from slipstick.clutch.effects import Effect
 from slipstick.confirmation.fit import SimulationFit, fit_simulation, refit_above
 from slipstick.confirmation.promised import estimate_likelihoods
@@ -50,7 +52,8 @@ def explanations(fit: SimulationFit, effects: Iterable[Effect], settings: Naming
     extensions = []
     for name in sorted(gained, key=lambda effect: -gained[effect])[:_FITTED]:
         terms = replace(block.terms, effects=(*block.terms.effects, name))
-        extended = fit_simulation(block.traces, terms, fit.fitted.points, widest=block.widest)
+        # The parameters of a fit that lacks an effect are bent to make it good; the nominal ones are not.
+        extended = fit_simulation(block.traces, terms, np.zeros_like(fit.fitted.points), widest=block.widest)
         extended = extended if is_enough(extended.evidence - fit.evidence, settings) else refit_above(extended, fit)
         if is_enough(extended.evidence - fit.evidence, settings):
             extensions.append((name, extended))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from slipstick.confirmation.simulated import FINE, RANDOM, SimulatedBench
+from slipstick.confirmation.simulated import RANDOM, ROUGH, SimulatedBench
 from slipstick.confirmation.starts import About, search_start, shared_of
 from slipstick.confirmation.terms import Terms
 from slipstick.confirmation.traces import TIME, Traces
@@ -70,7 +70,8 @@ class SimulationFit:
     def covariance(self) -> np.ndarray:
         """Covariance (p, p) of the coefficients: a sandwich estimator over engagements."""
         q, spans = len(self.block.random), np.array([unknown.span for unknown in self.block.terms.unknowns])
-        return np.asarray(self._sandwich[q:, q:] * np.outer(spans, spans))
+        ends = slice(q, q + len(spans))
+        return np.asarray(self._sandwich[ends, ends] * np.outer(spans, spans))
 
     @property
     def errors(self) -> dict[str, float]:
@@ -94,7 +95,7 @@ class SimulationFit:
 
     @property
     def _sandwich(self) -> np.ndarray:
-        """Covariance (q + p, q + p) of means and coefficients, the latter over their spans."""
+        """Covariance of means and of what engagements share (q + p + c, q + p + c)."""
         gram, solution = self.fitted.fitted.marginal, self.fitted.fitted.coefficients
         bread, scores = self.fitted.fitted.covariance, gram[:, :-1, -1] - gram[:, :-1, :-1] @ solution
         return np.asarray(bread @ (scores.T @ scores) @ bread)
@@ -115,47 +116,25 @@ class SimulationFit:
 
 def fit_simulation(traces: Traces, terms: Terms, points: np.ndarray, shared: np.ndarray | None = None,
                    widest: np.ndarray | None = None) -> SimulationFit:
-    """Fit from `points` (n, q), and from coefficients that are searched where `shared` (p,) gives none.
+    """Fit from `points` (n, q), and from coefficients that are searched where no `shared` values (p + c,) are given.
 
     Standard deviations of the parameters between engagements are at most `widest` (q,).
     """
-    block = SimulatedBench(traces, terms, widest)
+    rough, block = SimulatedBench(traces, terms, widest, ROUGH), SimulatedBench(traces, terms, widest)
     if shared is None:
         points, shared = search_start(block, points)
-    return SimulationFit(block, fit_curved(block, points=points, shared=shared, iterations=_ITERATIONS))
-
-
-def polished(fit: SimulationFit) -> SimulationFit:
-    """The fit by fine steps from where a fit has ended: it is never below it, and its standard errors are right."""
-    block = SimulatedBench(fit.block.traces, fit.block.terms, fit.block.widest, FINE)
-    return SimulationFit(block, fit_curved(block, start=fit.fitted, shared=fit.fitted.shared, iterations=_ITERATIONS))
-
-
-def fit_given_back(nested: SimulationFit, terms: Terms) -> SimulationFit:
-    """The fit with more `terms` than the `nested` fit has, from where its parameters give back what they have taken.
-
-    Where an effect differs between engagements, such as a friction that drifts, their parameters make it good. No step
-    leads from there to the effect.
-    """
-    about = _about(nested)
-    return fit_simulation(nested.block.traces, terms, *about.start(terms, about.taken(terms)), nested.block.widest)
+    near = fit_curved(rough, points=points, shared=shared, iterations=_ITERATIONS)
+    return SimulationFit(block, fit_curved(block, start=near, shared=near.shared, iterations=_ITERATIONS))
 
 
 def fit_extended(nested: SimulationFit, terms: Terms, points: np.ndarray) -> SimulationFit:
-    """The better fit with `terms`, of which the `nested` fit has none, from two starts.
+    """The fit with `terms`, of which the `nested` fit has none, from `points` (n, q) beside measured laws of the terms.
 
-    One is that of `fit_given_back`, the other at `points` (n, q) that were estimated beside measured laws of the terms.
     They hold the constant up to which a law is known: the mean of the parameters gives it back.
     """
-    about, traces, widest = _about(nested), nested.block.traces, nested.block.widest
-    taken = about.taken(terms)
-    beside_laws = search_start(SimulatedBench(traces, terms, widest), points, taken.mean(axis=0))
-    return best([fit_simulation(traces, terms, *begun, widest) for begun in (beside_laws, about.start(terms, taken))])
-
-
-def _about(fit: SimulationFit) -> About:
-    block = fit.block
-    return About(SimulatedBench(block.traces, block.terms, block.widest, FINE), fit.fitted)
+    traces, widest = nested.block.traces, nested.block.widest
+    taken = About(nested.block, nested.fitted).taken(terms).mean(axis=0)
+    return fit_simulation(traces, terms, *search_start(SimulatedBench(traces, terms, widest), points, taken), widest)
 
 
 def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
@@ -209,13 +188,13 @@ def with_scatter_of(after: SimulationFit, before: SimulationFit) -> list[Simulat
 def refit_above(after: SimulationFit, before: SimulationFit) -> SimulationFit:
     """The fit `after`, or a better one that starts where `before` ended, whose model is nested in it.
 
-    Raises `AssertionError` if all are below `before`.
+    Raises `AssertionError` if both are below `before`.
     """
     terms, begun = after.block.terms, before.fitted
-    block = SimulatedBench(before.block.traces, terms, after.block.widest, before.block.steps)
+    block = SimulatedBench(before.block.traces, terms, after.block.widest)
     neutral = shared_of(before.block, begun.shared, block.terms)
     again = SimulationFit(block, fit_curved(block, start=begun, shared=neutral, iterations=_ITERATIONS))
-    highest = best([after, again, fit_given_back(before, terms)])
+    highest = best([after, again])
     if highest.evidence.sum() < before.evidence.sum() - _ROUNDING:
         raise AssertionError("A fit with more terms is below the fit without them, which is nested in it")
     return highest

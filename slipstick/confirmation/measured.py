@@ -35,7 +35,7 @@ def with_measured_laws(formulas: SimulationFit, before: SimulationFit, laws: Map
         swapped = replace(terms, effects=others, laws=(*terms.laws, law))
         shared = shared_of(now.block, now.fitted.shared, swapped)
         factor = swapped.unknowns[-1]
-        shared[-1] = (factor.typical - factor.neutral) / factor.span
+        shared[len(swapped.unknowns) - 1] = (factor.typical - factor.neutral) / factor.span
         with_law = fit_simulation(now.block.traces, swapped, points, shared)
         if is_better(with_law, now, len(law.change)):
             formula = replace(terms, effects=(*others, effect))

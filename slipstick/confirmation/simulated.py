@@ -30,55 +30,73 @@ RANDOM: Mapping[str, tuple[float, float]] = {
     **dict.fromkeys(CONDITIONS, (CONDITIONS_WITHIN, 0.05))}
 """Parameter or condition -> standard deviations, relative to nominal: of the prior of its mean, and of its scatter at
 most. They are those of the blocks."""
-ROUGH, FINE = (1e-3, 1e-2), (1e-4, 1e-4)
-"""Steps of the differences: relative ones of parameters, and those of coefficients over their spans.
+ROUGH, FINE = 1e-3, 3e-5
+"""Steps of central differences, relative ones of parameters, and those of coefficients over their spans.
 
 Near lock-up, signals have kinks in the parameters, and are measured to a thousandth of what these change. By rough
 steps, a change of a parameter and that of an effect which does the same differ by per cents there, which looks like
-knowledge: standard errors of what differs between engagements were a tenth of what they are. By fine ones the two
-differ by less than the noise. Rough steps lead over kinks at which a fit with fine ones stops."""
+knowledge: standard errors of what differs between engagements were a tenth of what they are. By fine ones, between
+kinks and rounding errors, the two differ by less than the noise. Rough steps lead over kinks at which a fit with fine
+ones stops."""
 _FACTORS = (0.1, 10.0)
 """Least and largest parameter over its nominal value: a step that leads further is as far off as no fit goes."""
 _AT_ONCE = 500
 """Engagements that a thread simulates at once: the samples of all would take gigabytes."""
 _WIDE = 0.3
 """Prior standard deviation of a coefficient about neutral, over its span: next to none."""
+_LATE = 1.0
+"""Prior standard deviation of the clock of a signal about 0 in samples, as in the blocks."""
 
 
 class SimulatedBench:
-    """All signals and the shifting time of recordings, from their conditions alone, with `terms` in the model."""
+    """All signals and the shifting time of recordings, from their conditions alone, with `terms` in the model.
 
-    name, signal, fine, wide, thorough = "simulation", "all signals", 0, False, False
+    Engagements share p coefficients of the terms, over their spans, and then the delays of the c clocks of the measured
+    signals in samples: a lag of a sensor and a late clock look alike, and neither is known without the other.
+    """
+
+    name, signal, fine, wide = "simulation", "all signals", 0, False
     finer: Mapping[Pair, int] = {}
     random: tuple[str, ...] = tuple(RANDOM)
 
-    def __init__(self, traces: Traces, terms: Terms, widest: np.ndarray | None = None,
-                 steps: tuple[float, float] = ROUGH) -> None:
+    def __init__(self, traces: Traces, terms: Terms, widest: np.ndarray | None = None, step: float = FINE) -> None:
         """`widest` (q,) are the largest standard deviations of the parameters, those of `RANDOM` by default.
 
-        `steps` are those of differences, `ROUGH` or `FINE`.
+        `step` is that of differences, `ROUGH` or `FINE`. Fits with rough ones do not follow curves: far from where
+        they end, engagements would be explained by their own parameters before it is known how these scatter.
         """
-        self.steps = self.step, self.share = steps
+        self.step, self.follows_chords = step, step == FINE
         self.traces, self.terms, self.scene = traces, terms, traces.scene
         self.measured, self.counted = traces.measured, traces.counted
-        self.fixed: tuple[str, ...] = tuple(f"{unknown.term}: {unknown.name}" for unknown in terms.unknowns)
+        self.fixed: tuple[str, ...] = (*(f"{unknown.term}: {unknown.name}" for unknown in terms.unknowns),
+                                       *(f"clock of {signal}" for signal in traces.signals))
         self.random_std, scatter = (np.array(values) for values in zip(*RANDOM.values(), strict=True))
         self.widest = scatter if widest is None else widest
-        self.fixed_std = np.full(len(self.fixed), _WIDE)
-        self.shared = np.zeros(len(self.fixed))
+        self.coefficients = slice(len(terms.unknowns))
+        self.clocks = slice(len(terms.unknowns), len(self.fixed))
+        self.fixed_std = np.full(len(self.fixed), _LATE)
+        self.fixed_std[self.coefficients] = _WIDE
+        self.shared = self.neutral
         ends = [((unknown.lower - unknown.neutral) / unknown.span, (unknown.upper - unknown.neutral) / unknown.span)
                 for unknown in terms.unknowns]
+        ends += [(-np.inf, np.inf)] * len(traces.signals)
         self.bounds = np.array(ends).reshape(-1, 2).T
 
+    @property
+    def neutral(self) -> np.ndarray:
+        """Shared values (p + c,) with terms that do nothing, and the clocks that the blocks have."""
+        late = [self.traces.clocks.get(signal, 0.0) / self.scene.step for signal in self.traces.signals]
+        return np.concatenate([np.zeros(len(self.terms.unknowns)), late])
+
     def at(self, shared: np.ndarray) -> None:
-        """Set the coefficients: `shared` (p,) are differences from neutral over the span."""
+        """Set the `shared` values (p + c,): coefficients are differences from neutral over the span."""
         self.shared = shared
 
     def values(self, shared: np.ndarray) -> np.ndarray:
         """The coefficients (p,) in their units, within their bounds."""
         unknowns = self.terms.unknowns
         values = [unknown.neutral + unknown.span * move
-                  for unknown, move in zip(unknowns, np.nan_to_num(shared), strict=True)]
+                  for unknown, move in zip(unknowns, np.nan_to_num(shared[self.coefficients]), strict=True)]
         return np.asarray(np.clip(values, [unknown.lower for unknown in unknowns],
                                   [unknown.upper for unknown in unknowns]))
 
@@ -99,7 +117,8 @@ class SimulatedBench:
 
         def simulate(first: int) -> np.ndarray:
             batch = points[first:first + at_once]
-            rows = self.traces.simulated(self.respond(batch.reshape(-1, batch.shape[-1]), shared))
+            response = self.respond(batch.reshape(-1, batch.shape[-1]), shared)
+            rows = self.traces.simulated(response, shared[self.clocks])
             return rows.reshape(len(batch), points.shape[1], -1)
 
         return np.concatenate(mapped(simulate, range(0, len(points), at_once)))
@@ -120,21 +139,25 @@ class SimulatedBench:
                                  self.scene.time, paired=True, laws=self.terms.scaled(values))
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Derivatives (n, q, K) with respect to the parameters and (n, p, K) to the coefficients, over their spans."""
-        ahead = self.rows_at(points + self.step * np.eye(len(self.random))[:, None], self.shared)
-        return ((ahead - predicted) / self.step).transpose(1, 0, 2), self.shared_columns(points, laws, predicted)
+        """Derivatives (n, q, K) with respect to the parameters and (n, p + c, K) to what engagements share."""
+        steps = self.step * np.eye(len(self.random))[:, None]
+        ahead, behind = (self.rows_at(points + change, self.shared) for change in (steps, -steps))
+        own = ((ahead - behind) / (2 * self.step)).transpose(1, 0, 2)
+        return own, self.shared_columns(points, laws, predicted)
 
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
-        """Derivatives (n, p, K) with respect to the coefficients, inwards at an upper bound."""
-        if not self.fixed:
-            return np.zeros((len(points), 0, self.measured.shape[1]))
-        columns = []
-        for unit in np.eye(len(self.fixed)):
-            moved = self.shared + self.share * unit
-            inside = np.all(self.values(moved) != self.values(self.shared), where=unit > 0)
-            step = self.share if inside else -self.share
-            columns.append((self.rows_at(points[None], self.shared + step * unit)[0] - predicted) / step)
-        return np.stack(columns, axis=1)
+        """Derivatives (n, p + c, K) with respect to the coefficients, inwards at a bound, and to the clocks."""
+        columns, units = [], np.eye(len(self.fixed))
+        for unit in units[self.coefficients]:
+            ends = [np.clip(self.shared + change * unit, *self.bounds) for change in (self.step, -self.step)]
+            ahead, behind = (self.rows_at(points[None], end)[0] for end in ends)
+            columns.append((ahead - behind) / (unit @ (ends[0] - ends[1])))
+        # Rows are linear in clocks, and each signal has its own.
+        late = self.rows_at(points[None], self.shared + units[self.clocks].sum(axis=0))[0] - predicted
+        clocks = np.zeros((len(points), len(self.traces.signals), late.shape[1]))
+        for place, signal in enumerate(self.traces.signals):
+            clocks[:, place, self.traces.columns[signal]] = late[:, self.traces.columns[signal]]
+        return np.concatenate([*(column[:, None] for column in columns), clocks], axis=1)
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """Independent with unit variance."""

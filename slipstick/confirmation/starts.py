@@ -18,18 +18,18 @@ _LINEAR = 0.1
 
 def search_start(block: SimulatedBench, points: np.ndarray,
                  taken: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Parameters (n, q) that differ between engagements as `points` do, and coefficients (p,) that suit them.
+    """Parameters (n, q) that differ between engagements as `points` do, and shared values (p + c,) that suit them.
 
-    The coefficients are over their spans: for one term after the other the multiple of its typical values that fits.
+    Coefficients are over their spans: for one term after the other the multiple of its typical values that fits.
     The mean of the parameters gives back what it has `taken` (q, t) of each term: laws of blocks are known up to a
     constant, which parameters have.
     """
-    shared = np.zeros(len(block.fixed))
+    shared = block.neutral
     taken = np.zeros((len(block.random), len(block.terms.names))) if taken is None else taken
     for place, term in enumerate(block.terms.names):
         tried = []
         for multiple in _MULTIPLES:
-            moved, shifted = shared + _typical(block.terms, term, multiple), points - multiple * taken[:, place]
+            moved, shifted = shared + _typical(block, term, multiple), points - multiple * taken[:, place]
             block.at(moved)
             # The median does not mind a few engagements that no start suits.
             each = (((block.measured - block.base(shifted)) * block.counted) ** 2).sum(axis=1)
@@ -59,7 +59,7 @@ class About:
         By a small step: what a parameter has taken of an effect is not in a large one, which is not linear.
         """
         other = SimulatedBench(self.block.traces, terms, self.block.widest)
-        moved = shared_of(self.block, self.fitted.shared, terms) + _typical(terms, term, _STEP)
+        moved = shared_of(self.block, self.fitted.shared, terms) + _typical(other, term, _STEP)
         return np.asarray((other.rows_at(self.fitted.points[None], moved)[0] - self.fitted.predicted) / _STEP)
 
     def taken(self, terms: Terms) -> np.ndarray:
@@ -77,35 +77,21 @@ class About:
                    for t in range(len(columns))]
         return np.asarray(std[:, None] * np.concatenate(changes, axis=2))
 
-    def start(self, terms: Terms, taken: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters (n, q) and coefficients (p,) of `terms`, of which parameters can make `taken` (n, q, t) good.
-
-        Least squares of the parameters over that, in units of their scatter, tells how much of it they have taken, and
-        what is left are their own values. With the parameters held, a coefficient of what differs between engagements
-        would seem to do nothing.
-        """
-        std = np.sqrt(self.fitted.variance)
-        each = taken / std[:, None]
-        regressors, values = (array - array.mean(axis=0) for array in (each, self.fitted.points / std))
-        multiples = np.linalg.lstsq(regressors.reshape(-1, taken.shape[2]), values.reshape(-1), rcond=None)[0]
-        shared = shared_of(self.block, self.fitted.shared, terms)
-        for term, multiple in zip(self._new(terms), multiples, strict=True):
-            shared = shared + _typical(terms, term, float(multiple))
-        return self.fitted.points - each @ multiples * std, shared
-
     def _new(self, terms: Terms) -> list[str]:
         """Those of `terms` that the fit does not have."""
         return [term for term in terms.names if term not in self.block.terms.names]
 
 
 def shared_of(block: SimulatedBench, shared: np.ndarray, terms: Terms) -> np.ndarray:
-    """Coefficients (p,) of `terms` over their spans: those of a `block` with `shared` ones, or neutral."""
+    """Shared values (p + c,) of `terms`: those of a `block` with `shared` values, and neutral coefficients."""
     values = dict(zip(block.fixed, shared, strict=True))
     return np.array([values.get(name, 0.0) for name in SimulatedBench(block.traces, terms).fixed])
 
 
-def _typical(terms: Terms, term: str, multiple: float = 1.0) -> np.ndarray:
-    """A multiple of the typical coefficients of a term within their bounds, and 0 for others (p,), over their spans."""
-    return np.array([(np.clip(unknown.neutral + multiple * (unknown.typical - unknown.neutral), unknown.lower,
-                              unknown.upper) - unknown.neutral) / unknown.span
-                     if unknown.term == term else 0.0 for unknown in terms.unknowns])
+def _typical(block: SimulatedBench, term: str, multiple: float = 1.0) -> np.ndarray:
+    """A multiple of the typical coefficients of a term within their bounds, and 0 for all others (p + c,)."""
+    typical = np.zeros(len(block.fixed))
+    typical[block.coefficients] = [
+        (np.clip(unknown.neutral + multiple * (unknown.typical - unknown.neutral), unknown.lower, unknown.upper)
+         - unknown.neutral) / unknown.span if unknown.term == term else 0.0 for unknown in block.terms.unknowns]
+    return typical

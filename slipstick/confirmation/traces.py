@@ -8,7 +8,7 @@ are independent with unit variance. Means of `WIDTH` of them, times the root of 
 effects that last longer. The filter is linear: residuals and derivatives are those of filtered signals.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -36,8 +36,9 @@ class Traces:
 
     `noise` maps each channel, the shifting time last, to the standard deviation of its values over that of the sensor's
     noise, which third differences only tell roughly: 1 at first, then what a fit leaves. `clocks` are delays of the
-    signals' clocks in s, and `converter` is that of the bench with the errors of its curve. `conditions` are those that
-    are simulated: as the blocks have measured them in each engagement, which stated levels may be off by per cents.
+    signals' clocks in s, at which fits begin, and `converter` is that of the bench with the errors of its curve.
+    `conditions` are those that are simulated: as the blocks have measured them in each engagement, which stated levels
+    may be off by per cents.
     """
 
     scene: Scene
@@ -72,13 +73,16 @@ class Traces:
         return replace(self, measured=self.measured[rows], counted=self.counted[rows],
                        conditions=self.conditions.take(np.flatnonzero(rows)))
 
-    def simulated(self, response: Response) -> np.ndarray:
-        """The rows (m, K) of simulated engagements, of the n conditions again and again."""
+    def simulated(self, response: Response, clocks: Sequence[float] | np.ndarray) -> np.ndarray:
+        """The rows (m, K) of simulated engagements, of the n conditions again and again.
+
+        `clocks` (c,) are the delays of the clocks of the signals in samples.
+        """
         time, times = self.scene.time, self.times(response)
         signals = {name: getattr(response, name) for name in self.signals}
         if "output_torque" in signals:
             signals["output_torque"] = blended_at_lock_up(response.output_torque[None], times[None], time)[0]
-        return self.rows(signals, times, self.clocks)
+        return self.rows(signals, times, dict(zip(self.signals, clocks, strict=True)))
 
     def times(self, response: Response) -> np.ndarray:
         """Shifting times (m,) in s of simulated engagements; where one did not lock, the end of its profile."""
@@ -88,12 +92,12 @@ class Traces:
 
     def rows(self, signals: Mapping[str, np.ndarray], times: np.ndarray,
              clocks: Mapping[str, float] = MappingProxyType({})) -> np.ndarray:
-        """Signals (m, k) and shifting times (m,) as rows (m, K), with `clocks` that are late."""
+        """Signals (m, k) and shifting times (m,) as rows (m, K), with `clocks` that are late by these samples."""
         values = np.empty((len(times), self.columns[TIME].stop))
 
         def fill_columns(name: str) -> None:
             std, rho = self.scene.noise[name]
-            fill_rows(signals[name], clocks.get(name, 0.0) / self.scene.step, rho,
+            fill_rows(signals[name], clocks.get(name, 0.0), rho,
                       np.sqrt(WIDTH) / (std * self.noise[name]), WIDTH, _FAILED, values[:, self.columns[name]])
 
         mapped(fill_columns, self.signals)

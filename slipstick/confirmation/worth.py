@@ -8,6 +8,7 @@ import numpy as np
 from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.schema import DOCUMENTED
 from slipstick.confirmation.simulated import SimulatedBench
+from slipstick.confirmation.starts import shared_of
 
 
 @dataclass(frozen=True)
@@ -28,11 +29,10 @@ def worth(fit: SimulationFit, term: str) -> Worth:
     """The difference that the `term` (an effect or a measured law) makes in a fitted simulation."""
     block, scene = fit.block, fit.block.scene
     rest = block.terms.only([name for name in block.terms.names if name != term])
-    kept = [place for place, unknown in enumerate(block.terms.unknowns) if unknown.term != term]
     other = SimulatedBench(block.traces, rest)
     points = np.tile(fit.fitted.mean, (len(scene), 1))
     there = block.respond(points, fit.fitted.shared)
-    gone = other.respond(points, fit.fitted.shared[kept])
+    gone = other.respond(points, shared_of(block, fit.fitted.shared, rest))
     change = 1e3 * (there.shifting_time - gone.shifting_time)
     change = change[np.isfinite(change)] if np.isfinite(change).any() else np.zeros(1)
     squares = {name: np.nanmean((getattr(there, name) - getattr(gone, name)) ** 2) for name in block.traces.signals}

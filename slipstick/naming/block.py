@@ -148,12 +148,12 @@ def finest(block: Block, pair: Pair) -> int:
 class SearchedBlock(Block, Protocol):
     """A block that is far from linear, whose start values are searched.
 
-    `bounds` (2, p) are the least and the largest shared values, beyond which the block does not change. A `thorough`
-    fit tries all steps in each engagement.
+    `bounds` (2, p) are the least and the largest shared values, beyond which the block does not change. A block whose
+    slopes take many predictions `follows_chords` after a step.
     """
 
     bounds: np.ndarray
-    thorough: bool
+    follows_chords: bool
 
     def size(self, pair: Pair) -> int:
         """Number of coefficients of the law of a pair, without its columns."""

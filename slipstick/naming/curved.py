@@ -14,11 +14,12 @@ An iteration estimates mean and variance by expectation-maximisation with the be
 model about the beta_i (Lindstrom and Bates, Biometrics 46, 673, 1990) with what engagements share damped as by
 Marquardt (J. Soc. Ind. Appl. Math. 11, 431, 1963): the beta_i that suit other c lie on curves, along which a linear
 model holds for short steps. For each engagement steps of several dampings are tried, and none, and the one that suits
-the new c best is taken. A block whose prediction takes long tries others than the first one only where that lowers the
-two terms by much less than the linear model promises. A common step that does not lower the first two terms and the
-priors is taken again with more damping, so that none lowers the joint likelihood of the data, the beta_i and c at the
-variances for which it was made. The determinant is not in it, which changes with J and the variances: the evidence of
-an iteration can be below that of the one before, and the best one is returned.
+the new c best is taken. A block whose slopes take many predictions then follows the curve by chords: with the slopes of
+where the step began, the beta_i are corrected for the residuals of where they are (Ortega and Rheinboldt, Iterative
+Solution of Nonlinear Equations in Several Variables, section 7.1, 1970). A common step that does not lower the first
+two terms and the priors is taken again with more damping, so that none lowers the joint likelihood of the data, the
+beta_i and c at the variances for which it was made. The determinant is not in it, which changes with J and the
+variances: the evidence of an iteration can be below that of the one before, and the best one is returned.
 """
 
 from collections.abc import Mapping, Sequence
@@ -93,7 +94,7 @@ def fit_curved(block: SearchedBlock, laws: Sequence[Pair] = (), start: CurvedFit
     noise = block.noise(values.points)
     last, damping, best = np.inf, DAMPING, None
     for iteration in range(iterations + 1):
-        predicted, gram = _linearised(block, values, noise)
+        predicted, own, gram = _linearised(block, values, noise)
         information = gram.products[:, :q, :q]
         if iteration or start is None:
             mean, variance = _spread(values.points, information, gram.precision[:q], block.widest, variance)
@@ -112,7 +113,7 @@ def fit_curved(block: SearchedBlock, laws: Sequence[Pair] = (), start: CurvedFit
         if iteration == iterations or at_rest:
             break
         last = evidence.sum()
-        values, damping = stepped(block, values, gram, variance, noise, float(cost.sum() + prior), damping)
+        values, damping = stepped(block, values, gram, own, variance, noise, float(cost.sum() + prior), damping)
     assert best is not None
     return replace(best, converged=bool(at_rest))
 
@@ -123,8 +124,11 @@ def _predicted(block: SearchedBlock, values: Values) -> np.ndarray:
     return np.asarray(found)
 
 
-def _linearised(block: SearchedBlock, values: Values, noise: BlockNoise) -> tuple[np.ndarray, Gram]:
-    """The prediction (n, k), and the products of its slopes with the parameters themselves as coefficients."""
+def _linearised(block: SearchedBlock, values: Values, noise: BlockNoise) -> tuple[np.ndarray, np.ndarray, Gram]:
+    """The prediction (n, k), its slopes (n, q, k) in the points, and the products of all slopes.
+
+    The parameters themselves are the coefficients of the latter.
+    """
     predicted, laws = _predicted(block, values), values.laws
     own, fixed = block.columns(values.points, laws, predicted)
     free = [block.basis(pair, values.points, laws, predicted) for pair, _ in laws]
@@ -134,7 +138,7 @@ def _linearised(block: SearchedBlock, values: Values, noise: BlockNoise) -> tupl
         z = z + law @ columns
     extra = sum(len(law) for _, law in laws)
     gram: Gram = gram_of(block, [own, fixed, *free], z, noise, extra)
-    return predicted, gram
+    return predicted, own, gram
 
 
 def _spread(points: np.ndarray, information: np.ndarray, precision: np.ndarray, widest: np.ndarray,

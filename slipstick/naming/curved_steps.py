@@ -15,9 +15,9 @@ from slipstick.numerics.threads import mapped
 
 _OWN_DAMPINGS = (0.003, 0.0, 0.03, 0.3, 3.0)
 """Dampings of the step of an engagement, relative to its second derivatives; the first takes 0.3 % off a step."""
-_SUFFICIENT, _NEGLIGIBLE = 0.5, 0.01
-"""Share of the promised decrease from which a block that is not `thorough` tries no other damping, and a decrease on
-which nothing depends. In fits of the shipped recordings others add less than a hundredth to such steps."""
+_CHORDS, _NEGLIGIBLE = 6, 0.1
+"""Most corrections of a step by chords, and the decrease of the two terms of all engagements on which nothing
+depends."""
 
 DAMPING, _LEAST_DAMPING, _FACTOR, _TRIALS = 1e-3, 1e-5, 10.0, 5
 """Damping to begin with, relative to the information about each common value, and at least; the factor by which it
@@ -53,11 +53,9 @@ class Values:
         return np.concatenate([self.mean, self.shared, *self.coefficients.values()])
 
 
-def squares_of(block: SearchedBlock, predicted: np.ndarray, noise: BlockNoise,
-             rows: slice | np.ndarray = slice(None)) -> np.ndarray:
-    """Sums of squared whitened residuals (m,) of a prediction (n, k) in the engagements `rows`, by default in all."""
-    left = (block.measured - predicted)[rows, None]
-    return np.asarray((whitened(left, block.counted[rows], noise.of(rows)) ** 2).sum(axis=(1, 2)))
+def squares_of(block: SearchedBlock, predicted: np.ndarray, noise: BlockNoise) -> np.ndarray:
+    """Sums of squared whitened residuals (n,) of a prediction (n, k)."""
+    return np.asarray((whitened((block.measured - predicted)[:, None], block.counted, noise) ** 2).sum(axis=(1, 2)))
 
 
 def scatter_of(values: Values, variance: np.ndarray) -> np.ndarray:
@@ -118,45 +116,74 @@ def within_bounds(points: np.ndarray, curvature: np.ndarray, slope: np.ndarray) 
     return np.asarray(np.clip(points + change, LOWEST, HIGHEST) - points)
 
 
-def stepped(block: SearchedBlock, values: Values, gram: Gram, variance: np.ndarray, noise: BlockNoise,
-             cost: float, damping: float) -> tuple[Values, float]:
-    """A step that lowers the `cost`, and the damping of the next one; the same values where none was found."""
+def stepped(block: SearchedBlock, values: Values, gram: Gram, own: np.ndarray, variance: np.ndarray,
+             noise: BlockNoise, cost: float, damping: float) -> tuple[Values, float]:
+    """A step that lowers the `cost`, and the damping of the next one; the same values where none was found.
+
+    `own` (n, q, k) are the slopes in the points.
+    """
     for _ in range(_TRIALS):
         common = _damped(values, gram, variance, damping)
         begun = _with_common(block, values, common)
-        moved, least = _followed(block, begun, _own_terms(values, gram, variance, common), variance, noise)
+        slope, curvature = _own_terms(values, gram, variance, common)
+        moved, least = _try_dampings(block, begun, slope, curvature, variance, noise)
+        if block.follows_chords:
+            moved, least = _follow_by_chords(block, moved, curvature, own, variance, noise)
         if least.sum() + prior_of(moved, gram) < cost:
             return moved, max(damping / _FACTOR, _LEAST_DAMPING)
         damping = max(damping * _FACTOR, DAMPING)
     return values, damping
 
 
-def _followed(block: SearchedBlock, begun: Values, terms: tuple[np.ndarray, np.ndarray], variance: np.ndarray,
-              noise: BlockNoise) -> tuple[Values, np.ndarray]:
-    """The values with the best points that were tried, and their two terms (n,)."""
-    (slope, curvature), (n, q) = terms, begun.points.shape
+def _try_dampings(block: SearchedBlock, begun: Values, slope: np.ndarray, curvature: np.ndarray, variance: np.ndarray,
+                  noise: BlockNoise) -> tuple[Values, np.ndarray]:
+    """The values with the best points of several dampings and of none, and their two terms (n,)."""
+    n, q = begun.points.shape
 
-    def tried(damping: float, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        change = within_bounds(begun.points, curvature * (1 + damping * np.eye(q)), slope)
-        points: np.ndarray = begun.points + change
-        return points, _terms_of(block, replace(begun, points=points), variance, noise, rows)
+    def measure(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        values = replace(begun, points=points)
+        return points, squares_of(block, _predicted(block, values), noise) + scatter_of(values, variance)
 
-    rows = np.ones(n, bool)
-    found = [(begun.points, _terms_of(block, begun, variance, noise, rows)), tried(_OWN_DAMPINGS[0], rows)]
-    change = found[1][0] - begun.points
-    promised = np.einsum("nq,nq->n", 2 * slope - (curvature @ change[..., None])[..., 0], change)
-    left = rows if block.thorough else found[0][1] - found[1][1] < _SUFFICIENT * promised - _NEGLIGIBLE
-    if left.any():
-        found += mapped(lambda one: tried(one, left), _OWN_DAMPINGS[1:])
-    points, terms_of_each = (np.stack(one) for one in zip(*found, strict=True))
+    def tried(damping: float) -> tuple[np.ndarray, np.ndarray]:
+        return measure(begun.points + within_bounds(begun.points, curvature * (1 + damping * np.eye(q)), slope))
+
+    each = [measure(begun.points), *mapped(tried, _OWN_DAMPINGS)]
+    points, terms_of_each = (np.stack(values) for values in zip(*each, strict=True))
     best = np.argmin(terms_of_each, axis=0), np.arange(n)
     return replace(begun, points=points[best]), terms_of_each[best]
 
 
-def _terms_of(block: SearchedBlock, values: Values, variance: np.ndarray, noise: BlockNoise,
-              rows: np.ndarray) -> np.ndarray:
-    """The two terms (n,) of the engagements `rows` (n,); infinite for the others."""
-    found = np.full(len(rows), np.inf)
-    its = slice(None) if rows.all() else rows  # a mask copies the filter of the noise
-    found[its] = squares_of(block, block.part(values.points, values.shared, values.laws, rows), noise, its)
-    return np.asarray(found + scatter_of(values, variance))
+def _follow_by_chords(block: SearchedBlock, begun: Values, curvature: np.ndarray, own: np.ndarray,
+                      variance: np.ndarray, noise: BlockNoise) -> tuple[Values, np.ndarray]:
+    """The values with points that follow their curves for what engagements share, and their two terms (n,).
+
+    Steps are corrected from where they led by the slopes of where they began: a correction takes one prediction, and
+    new slopes take two for each parameter. A correction that does not lower the terms of an engagement is damped more.
+    """
+    white = whitened(own, block.counted, noise)
+
+    def measure(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        values = replace(begun, points=points)
+        left = whitened((block.measured - _predicted(block, values))[:, None], block.counted, noise)
+        return left, (left**2).sum(axis=(1, 2)) + scatter_of(values, variance)
+
+    points, (n, q) = begun.points, begun.points.shape
+    damping = np.full((n, 1, 1), _OWN_DAMPINGS[0])
+    left, least = measure(points)
+    for _ in range(_CHORDS):
+        slope = (white @ left.transpose(0, 2, 1))[..., 0] - (points - begun.mean) / variance
+        moved = points + within_bounds(points, curvature * (1 + damping * np.eye(q)), slope)
+        left_there, there = measure(moved)
+        lower, before = there < least, least.sum()
+        points, least = np.where(lower[:, None], moved, points), np.where(lower, there, least)
+        left = np.where(lower[:, None, None], left_there, left)
+        if lower.all() and before - least.sum() < _NEGLIGIBLE:
+            break
+        easier = np.maximum(damping / _FACTOR, _OWN_DAMPINGS[0])
+        damping = np.where(lower[:, None, None], easier, damping * _FACTOR)
+    return replace(begun, points=points), least
+
+
+def _predicted(block: SearchedBlock, values: Values) -> np.ndarray:
+    """The prediction (n, k), which leaves the block as it is."""
+    return block.part(values.points, values.shared, values.laws, np.ones(len(values.points), bool))

@@ -55,7 +55,7 @@ class ClutchBlock:
     are how far the torque is known, because the pressure is.
     """
 
-    name, signal, thorough = "clutch", "output_torque", True
+    name, signal, follows_chords = "clutch", "output_torque", False
     random: tuple[str, ...] = OWN
     fixed: tuple[str, ...] = ("clock",)
 

@@ -10,7 +10,6 @@ from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.worth import worth
 from slipstick.naming.answer import Answer, answer, names
 from slipstick.naming.measured import LawPoints
-from slipstick.naming.scene import Pair
 from slipstick.naming.selection import Finding, Rival
 from slipstick.naming.study import Naming
 from slipstick.studies.confidence import Evidence, confidence, count_right, evidence_of
@@ -58,11 +57,11 @@ def finding_result(settings: StudySettings, answered: AnsweredFinding, law: LawP
 
     `formulas` is the fit with the formulas of all named effects, `after` that with measured laws for some of them.
     """
-    finding, effect, term = answered.finding, answered.said.effect, _term(answered.said, law, after)
+    effect, term = answered.said.effect, _term(answered.said, law, after)
     at, known = _places(after, term), after if effect in after.block.terms.effects else formulas
     return replace(
         unconfirmed_result(settings, answered, law, known.values[_places(known, effect)]),
-        confirmation=_confirmation(settings, after, at, term, term == effect, _clock_error(finding.pair, law)),
+        confirmation=_confirmation(settings, after, at, term, term == effect),
         worth=worth(after, term) if at else None, experiments=experiments)
 
 
@@ -115,16 +114,8 @@ def _law(settings: StudySettings, law: LawPoints, effect: str, values: np.ndarra
                law.linearised, None if by_formula is None else by_formula.tolist())
 
 
-def _clock_error(pair: Pair, law: LawPoints | None) -> float:
-    """Standard error of a lag of a sensor by the clock of its signal, which the block fits and the simulation keeps.
-
-    A later clock and a shorter lag look alike, so that it is about that of the law of the block.
-    """
-    return float(law.std[0]) if law is not None and pair[1] == "lag" and pair[0].endswith(" sensor") else 0.0
-
-
-def _confirmation(settings: StudySettings, after: SimulationFit, at: list[int], term: str, is_formula: bool,
-                  clock_error: float) -> Confirmation:
+def _confirmation(settings: StudySettings, after: SimulationFit, at: list[int], term: str,
+                  is_formula: bool) -> Confirmation:
     """What stands for the finding, with intervals of its coefficients."""
     if not term:
         return Confirmation("no", [], None)
@@ -134,8 +125,7 @@ def _confirmation(settings: StudySettings, after: SimulationFit, at: list[int], 
     deviation, coefficients = np.sqrt(np.diag(after.covariance)), []
     wide = float(scipy.special.ndtri((1 + settings.level) / 2))
     for place in at:
-        unknown, value = after.block.terms.unknowns[place], float(after.values[place])
-        error = float(np.hypot(deviation[place], clock_error))
+        unknown, value, error = after.block.terms.unknowns[place], float(after.values[place]), float(deviation[place])
         bound = min(value - unknown.lower, unknown.upper - value) < _AT_BOUND * unknown.span
         coefficients.append(Coefficient(unknown.name, unknown.unit, value, value - wide * error, value + wide * error,
                                         bound))

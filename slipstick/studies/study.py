@@ -18,7 +18,7 @@ from slipstick.bench import parameters as names_of
 from slipstick.clutch import effects
 from slipstick.clutch.laws import MOST_LAWS, MeasuredLaw
 from slipstick.confirmation.control import control
-from slipstick.confirmation.fit import SimulationFit, best, confirmed, fit_simulation, polished, with_scatter_of
+from slipstick.confirmation.fit import SimulationFit, best, confirmed, fit_simulation, with_scatter_of
 from slipstick.confirmation.further import further
 from slipstick.confirmation.gap import Prediction, closures, predict
 from slipstick.confirmation.measured import with_measured_laws
@@ -103,7 +103,6 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
         before, wide = min(tried, key=lambda attempt: attempt[1].total(traces))
         predictions = {"before": wide, "after": predict(after, settings.seed)}
         gap = _gap(settings, before, predictions, [finding.pair[0] for finding in naming.findings])
-        before = polished(before)
     else:
         predictions = {"before": predict(before, settings.seed)}
     kind = "several" if len(results) > 1 else results[0].kind if results else \
@@ -191,8 +190,7 @@ def _fits(settings: StudySettings, traces: Traces, terms: Terms, laws: Mapping[s
         without = with_scatter_of(after, before) if after.block.terms.names else []
         higher = best([after, *without])
         if higher is after:
-            final = polished(after) if without else after
-            return before, final if formulas is after else formulas, final, without
+            return before, formulas, after, without
         points = higher.fitted.points
     return higher, higher, higher, []
 

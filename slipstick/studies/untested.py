@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from slipstick.clutch import effects
 from slipstick.confirmation.explanations import Explanation, explanations
-from slipstick.confirmation.fit import SimulationFit, polished
+from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.times import TimesOver, times_over
 from slipstick.confirmation.traces import TIME
 from slipstick.recordings.signals import NEEDED
@@ -45,7 +45,7 @@ def examine_untested(settings: StudySettings, after: SimulationFit) -> Untested:
     if signals:
         return Untested(closed, misfits, explanations(after, others, settings.naming), [])
     # The parameters of an engagement explain its one number, so that only differences between conditions tell anything.
-    times = times_over(polished(after), settings.naming, settings.seed)
+    times = times_over(after, settings.naming, settings.seed)
     if not any(change.shown for change in times):
         return Untested(closed, [], [], times)
     return Untested(closed, [TIME], explanations(after, others, settings.naming), times)

@@ -117,7 +117,7 @@ def test_a_formula_whose_fit_ended_elsewhere_begins_again_before_a_law_takes_its
         traced: Traced, fits: Callable) -> None:  # type: ignore[type-arg]
     (before, exact), points = fits("drag"), traced(DRAG)[1]
     assert with_measured_laws(exact, before, {"quadratic_load_drag": LAW}, points, enough) is exact
-    elsewhere = fit_curved(exact.block, points=points + 0.3, shared=np.zeros(1), iterations=0)
+    elsewhere = fit_curved(exact.block, points=points + 0.3, shared=exact.block.neutral, iterations=0)
     poor = SimulationFit(exact.block, elsewhere)
     assert poor.evidence.sum() < exact.evidence.sum() - 1000
     found = with_measured_laws(poor, before, {"quadratic_load_drag": LAW}, points, enough)

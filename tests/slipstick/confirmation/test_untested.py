@@ -10,7 +10,7 @@ from slipstick.clutch.model import Model
 from slipstick.confirmation import SimulationFit, Terms, Traces
 from slipstick.confirmation import explanations as explanations_module
 from slipstick.confirmation.explanations import Explanation, explanations
-from slipstick.confirmation.fit import fit_simulation, polished
+from slipstick.confirmation.fit import fit_simulation
 from slipstick.confirmation.promised import estimate_likelihoods
 from slipstick.confirmation.simulated import RANDOM, SimulatedBench
 from slipstick.confirmation.starts import About
@@ -35,7 +35,7 @@ def fit_two_effects(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def fitted(recordings: Recordings) -> SimulationFit:
     traces = Traces.of(Scene.of(HEAVY, recordings, NamingSettings()), {}, HEAVY.physics.curves)
-    return polished(fit_simulation(traces, Terms(HEAVY), np.zeros((len(recordings), len(RANDOM)))))
+    return fit_simulation(traces, Terms(HEAVY), np.zeros((len(recordings), len(RANDOM))))
 
 
 def only(model: Model, *signals: str) -> Recordings:

@@ -29,7 +29,6 @@ def fits(monkeypatch: pytest.MonkeyPatch, rounds: list[tuple[float, float]]) -> 
 
     monkeypatch.setattr(study, "confirmed", confirmed)
     monkeypatch.setattr(study, "with_measured_laws", lambda formulas, *_: formulas)
-    monkeypatch.setattr(study, "polished", lambda fit: fit)
     monkeypatch.setattr(study, "with_scatter_of", lambda *_: [a_fit(-90.0), a_fit(rounds[len(begun) - 1][1])])
     return begun, study._fits(StudySettings(), None, TERMS, {}, 0.0)  # type: ignore[arg-type]
 
