@@ -1,7 +1,10 @@
 """The page of a propagation: warnings, the distributions as table and picture, and where they come from; its text."""
 
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 from typing import Any
+
+import numpy as np
 
 from slipstick import __version__
 from slipstick.pictures import units
@@ -41,7 +44,7 @@ def propagation_page(answer: Mapping[str, Any], request: Mapping[str, Any], cond
         section("Inputs", table(("input", "distribution", "mean", "standard deviation", "mean in its unit",
                                  "standard deviation in its unit"), _list_inputs(answer, request), words=(1,)),
                 paragraph("Means and standard deviations are multiples of the nominal value unless a unit is stated. "
-                          f"Output noise: {_noise(answer, request)}.", "note")),
+                          f"{_correlations_text(answer, request)}Output noise: {_noise(answer, request)}.", "note")),
         section("Provenance", definitions([
             ("table", f"{answer['table']}, SHA-256 {answer['table_digest']}"),
             ("expansions", f"polynomials of order {answer['order']}, from {answer['nodes']} model runs for each "
@@ -100,15 +103,16 @@ def inputs_text(answer: Mapping[str, Any], request: Mapping[str, Any]) -> str:
     """The distributions of the inputs and the output noise of a `request`, in a sentence."""
     parts = [f"{axis} {mean}" + (f" ± {std}" if std else "") + f" ({family})"
              for axis, family, mean, std, *_ in _list_inputs(answer, request)]
-    return (f"Inputs, mean ± standard deviation in multiples of nominal: {', '.join(parts)}. Output noise: "
-            f"{_noise(answer, request)}.")
+    return (f"Inputs, mean ± standard deviation in multiples of nominal: {', '.join(parts)}. "
+            f"{_correlations_text(answer, request)}Output noise: {_noise(answer, request)}.")
 
 
 def _list_inputs(answer: Mapping[str, Any], request: Mapping[str, Any]) -> list[tuple[str, ...]]:
     """Return the name of each input, its distribution, mean and standard deviation, and both in its unit."""
     inputs, rows = request["inputs"], list[tuple[str, ...]]()
     families = inputs["families"] or ["normal"] * len(answer["axes"])
-    stds = inputs["std"] or [None] * len(answer["axes"])
+    mixing = inputs.get("mixing")
+    stds = inputs.get("std") if mixing is None else np.linalg.norm(mixing, axis=1).tolist()
     for axis, mean, std, family in zip(answer["axes"], inputs["mean"], stds, families, strict=True):
         nominal = axis.get("nominal")
         unit, factor = units.scale(axis.get("unit", "1"), (nominal or 0.0) * mean)
@@ -116,6 +120,21 @@ def _list_inputs(answer: Mapping[str, Any], request: Mapping[str, Any]) -> list[
             "" if nominal is None or value is None else units.with_unit(number(factor * nominal * value), unit)
             for value in (mean, std))))
     return rows
+
+
+def _correlations_text(answer: Mapping[str, Any], request: Mapping[str, Any]) -> str:
+    """Say which inputs depend on each other, and how much, in a sentence; empty if they are independent."""
+    inputs, axes = request["inputs"], [in_words(axis["name"]) for axis in answer["axes"]]
+    matrix = inputs.get("correlation")
+    if inputs.get("mixing") is not None:
+        rows = np.array(inputs["mixing"])
+        lengths = np.linalg.norm(rows, axis=1, keepdims=True)
+        rows = rows / np.where(lengths == 0, 1.0, lengths)
+        matrix = rows @ rows.T
+    pairs = [] if matrix is None else [
+        f"{axes[first]} and {axes[second]} {number(float(matrix[first][second]))}"
+        for first, second in combinations(range(len(axes)), 2) if matrix[first][second] != 0]
+    return f"Correlation of their normal scores: {', '.join(pairs)}. " if pairs else ""
 
 
 def _noise(answer: Mapping[str, Any], request: Mapping[str, Any]) -> str:

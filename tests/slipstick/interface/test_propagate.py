@@ -94,6 +94,17 @@ def test_dependent_inputs_have_no_sobol_indices() -> None:
     assert "dependent" in str(by_mixing.plot().spec["title"]["subtitle"])
 
 
+def test_dependent_inputs_are_stated_with_their_spread_and_correlation(tmp_path: Path) -> None:
+    mixing = [[0.05, 0.0], [-0.024, 0.032]]
+    stated = "Correlation of their normal scores: pressure bias and initial position −0.6"
+    for result in (linear(std=None, mixing=mixing), linear(correlation=[[1, -0.6], [-0.6, 1]])):
+        assert "pressure bias 1 ± 0.05 (normal), initial position 1.1 ± 0.04 (normal)" in result.text
+        assert stated in result.text
+        assert stated in result.report(tmp_path / "report.html").read_text()
+    assert "Correlation" not in linear().text
+    assert "Correlation" not in linear(std=None, mixing=[[0.0, 0.0], [0.0, 0.04]]).text
+
+
 def test_a_tolerance_raises_the_order_until_it_is_reached(shelf: Path) -> None:
     coarse, fine = (propagate(shelf / "nominal.h5", [1, 1], [0.1, 0.1], conditions=[0], tolerance=tolerance)
                     for tolerance in (5e-3, 2e-4))
