@@ -35,8 +35,16 @@ from slipstick.interface.tables import (
     table_name,
 )
 from slipstick.pictures import propagation as picture
+from slipstick.pictures.output import Output
 from slipstick.pictures.theme import Spec
-from slipstick.report.propagation import headline, inputs_text, propagation_page, propagation_text, warnings
+from slipstick.report.propagation import (
+    expansions_text,
+    headline,
+    inputs_text,
+    propagation_page,
+    propagation_text,
+    warnings,
+)
 from slipstick.table import Outside, Table
 from slipstick.table.subject import columns
 from slipstick.uncertainty.chaos import ORDER, ExpansionSettings, Family, Rule
@@ -44,8 +52,6 @@ from slipstick.uncertainty.likelihood import SAMPLES
 
 DENSITY_POINTS = 161
 """Default number of points of a density; a picture needs as many."""
-_NO_EXPANSION = "The model has no shifting time at one or more nodes of the expansion: the engagement does not lock " \
-                "there, or the node lies outside the table and `outside` is `nan`"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -157,9 +163,10 @@ class Propagation(TableAnswer):
         return {**table, "reason": self._read_column("reason")}
 
     def summary(self) -> list[str]:
-        """What was propagated to what, how far the outputs scatter, the inputs, and what limits the result."""
+        """What was propagated to what, how far outputs scatter, the inputs, the error, and what limits the result."""
         drawn = self._drawn
         return [f"{headline(drawn)}. {picture.summarize(drawn)}.", inputs_text(drawn, self.request),
+                expansions_text(drawn),
                 *(" ".join(parts) for parts in warnings(drawn, self.request))]
 
     @property
@@ -289,6 +296,7 @@ def propagate(table: TableLike, mean: float | Sequence[float] | np.ndarray,
 def present(table: Table, name: str, selected: Table, rows: Sequence[int], distributions: Distributions,
             request: Mapping[str, Any]) -> Propagation:
     """The result for the conditions `rows` of a `table`, that `selected` has; `request` is that of the REST service."""
+    reason = f"There are {picture.missing_nodes(Output(table.output.name, table.output.unit), request['outside'])}"
     basis, words = distributions.adapted.expansion.basis, descriptions(table.conditions)
     answer = {
         "table": name, "table_digest": table.digest, "axes": axes_of(table), "outside": request["outside"],
@@ -296,14 +304,15 @@ def present(table: Table, name: str, selected: Table, rows: Sequence[int], distr
         "reached": distributions.reached, "germs": [germ.name for germ in basis.germs],
         "degrees": basis.degrees.tolist() if request["coefficients"] else None,
         "conditions": [{"described": words[row["condition"]], **row}
-                       for row in _rows(distributions, rows, request["coefficients"])]}
+                       for row in _rows(distributions, rows, request["coefficients"], reason)]}
     return Propagation(answer, asdict(table.output), request, columns(selected.conditions))
 
 
-def _rows(distributions: Distributions, conditions: Sequence[int], with_coefficients: bool) -> list[dict[str, Any]]:
+def _rows(distributions: Distributions, conditions: Sequence[int], with_coefficients: bool,
+          reason: str) -> list[dict[str, Any]]:
     expansion, n = distributions.adapted.expansion, len(conditions)
     listed = {name: [None] * n if (values := getattr(distributions, name)) is None else list_finite(values)
               for name in ("mean", "std", "error", "quantiles", "first_order", "total", "density_time", "density")}
     listed["coefficients"] = list_finite(expansion.coefficients.T) if with_coefficients else [None] * n
-    return [{"condition": condition, "reason": _NO_EXPANSION if expansion.missing[place] else None,
+    return [{"condition": condition, "reason": reason if expansion.missing[place] else None,
              **{name: values[place] for name, values in listed.items()}} for place, condition in enumerate(conditions)]

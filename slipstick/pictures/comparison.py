@@ -54,7 +54,7 @@ def _rms(values: list[float | None]) -> float | None:
 
 
 def _with_unit(value: float | None, unit: str) -> str:
-    return "an undefined value" if value is None else f"{value:.3g} {unit}"
+    return "an undefined value" if value is None else units.with_unit(f"{value:.3g}", unit)
 
 
 def _points(x: Spec, y: str, title: str) -> list[Spec]:

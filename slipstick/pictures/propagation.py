@@ -38,6 +38,11 @@ def summarize(answer: Mapping[str, Any]) -> str:
     return _title(rows, [axis["name"] for axis in answer["axes"]], Output.of(answer))
 
 
+def missing_nodes(shown: Output, outside: str) -> str:
+    """Which nodes leave a condition without an expansion, in words; `outside` is the policy outside the table."""
+    return f"nodes of the expansion that {shown.missing}" + ", or lie outside the table" * (outside == "nan")
+
+
 def draw(answer: Mapping[str, Any], probabilities: Sequence[float], conditions: Columns, part: int = MOST) -> Spec:
     """Return the picture of an answer to a propagation, of its first `MOST` conditions that have a distribution.
 
@@ -60,7 +65,8 @@ def draw(answer: Mapping[str, Any], probabilities: Sequence[float], conditions: 
         summarize(answer),
         (f"Lines: quantiles at {levels}. " if levels else "")
         + ("" if any(row["total"] for _, row in rows) else "Without Sobol indices, because the inputs are dependent. ")
-        + (f"Not drawn: {omitted} without an expansion: there are nodes that {shown.missing}." if omitted else ""),
+        + (f"Not drawn: {omitted} without an expansion: there are {missing_nodes(shown, answer['outside'])}."
+           if omitted else ""),
         {"spacing": 18, "vconcat": views}, caption(answer, probabilities))
 
 
@@ -69,13 +75,13 @@ def _title(rows: Sequence[Mapping[str, Any]], axes: Sequence[str], shown: Output
         return "No condition has a distribution"
     if len(rows) == 1:
         row = rows[0]
-        mean, std = (f"{units.fixed(shown.factor * row[name], digits)} {shown.small}"
+        mean, std = (units.with_unit(units.fixed(shown.factor * row[name], digits), shown.small)
                      for name, digits in (("mean", 4), ("std", 3)))
         does = "locks at" if shown.name == "shifting_time" else f"has a {shown.words} of"
         return f"Condition {row['condition']} {does} {mean}, with a standard deviation of {std}"
     stds = [shown.factor * row["std"] for row in rows]
     least, most = units.fixed(min(stds)), units.fixed(max(stds))
-    text = f"Standard deviations of {least} to {most} {shown.small} in {len(rows)} conditions"
+    text = f"Standard deviations of {least} to {units.with_unit(most, shown.small)} in {len(rows)} conditions"
     shares = [row["first_order"] for row in rows if row["first_order"]]
     counts = [sum((share[axis] or 0.0) >= _DOMINANT for share in shares) for axis in range(len(axes))]
     best = max(range(len(axes)), key=lambda axis: counts[axis])

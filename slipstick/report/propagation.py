@@ -10,7 +10,7 @@ from slipstick import __version__
 from slipstick.pictures import units
 from slipstick.pictures.conditions import Columns, described
 from slipstick.pictures.output import Output
-from slipstick.pictures.propagation import MOST, draw, summarize
+from slipstick.pictures.propagation import MOST, draw, missing_nodes, summarize
 from slipstick.pictures.theme import captions, in_words
 from slipstick.report.markup import definitions, paragraph, section, table
 from slipstick.report.shell import document, figures
@@ -66,13 +66,13 @@ def warnings(answer: Mapping[str, Any], request: Mapping[str, Any]) -> list[tupl
     shown = Output.of(answer)
     limits = outside_warning(answer["mass_outside"], answer["outside"], shown)
     if answer["reached"] is False:
-        tolerance = f"{shown.factor * request['tolerance']:g} {shown.small}"
+        tolerance = units.with_unit(f"{shown.factor * request['tolerance']:g}", shown.small)
         limits.append(("The tolerance is not reached:",
                        f"the error exceeds {tolerance} with {answer['nodes']} model runs for each condition."))
     missing = sum(row["mean"] is None for row in answer["conditions"])
     if missing:
         limits.append((f"{missing} of {len(answer['conditions'])} conditions have no distribution:",
-                       f"there are nodes of the expansion that {shown.missing}."))
+                       f"there are {missing_nodes(shown, answer['outside'])}."))
     return limits
 
 
@@ -86,7 +86,7 @@ def propagation_text(answer: Mapping[str, Any], request: Mapping[str, Any], cond
     lines = ["  ".join([*map(str.rjust, row[:-1], widths), row[-1]]) for row in rows]
     further = len(answer["conditions"]) - MOST
     return "\n".join([
-        f"{headline(answer)}. {summarize(answer)}.", inputs_text(answer, request),
+        f"{headline(answer)}. {summarize(answer)}.", inputs_text(answer, request), expansions_text(answer),
         *(" ".join(parts) for parts in warnings(answer, request)), "", *lines,
         *([f"and {further} more conditions"] if further > 0 else []), "",
         "Std (standard deviation) and quantiles contain the output noise. Inputs: the share of the variance without "
@@ -105,6 +105,12 @@ def inputs_text(answer: Mapping[str, Any], request: Mapping[str, Any]) -> str:
              for axis, family, mean, std, *_ in _list_inputs(answer, request)]
     return (f"Inputs, mean ± standard deviation in multiples of nominal: {', '.join(parts)}. "
             f"{_correlations_text(answer, request)}Output noise: {_noise(answer, request)}.")
+
+
+def expansions_text(answer: Mapping[str, Any]) -> str:
+    """What the expansions are, and how far they are off, in a sentence."""
+    return (f"Polynomials of order {answer['order']}, from {answer['nodes']} model runs for each condition; largest "
+            f"estimated error (RMS over the inputs): {_largest_error(answer)}.")
 
 
 def _list_inputs(answer: Mapping[str, Any], request: Mapping[str, Any]) -> list[tuple[str, ...]]:
@@ -139,7 +145,7 @@ def _correlations_text(answer: Mapping[str, Any], request: Mapping[str, Any]) ->
 
 def _noise(answer: Mapping[str, Any], request: Mapping[str, Any]) -> str:
     shown = Output.of(answer)
-    return f"{number(request['output_std'], shown.factor)} {shown.small}"
+    return units.with_unit(number(request["output_std"], shown.factor), shown.small)
 
 
 def _headings(shown: Output, probabilities: Sequence[float], first: str, axes: Sequence[str],
@@ -166,4 +172,4 @@ def _cells(row: Mapping[str, Any], first: str, axes: int, shown: Output,
 def _largest_error(answer: Mapping[str, Any]) -> str:
     errors = [row["error"] for row in answer["conditions"] if row["error"] is not None]
     shown = Output.of(answer)
-    return f"{number(max(errors), shown.factor)} {shown.small}" if errors else "unknown"
+    return units.with_unit(number(max(errors), shown.factor), shown.small) if errors else "unknown"

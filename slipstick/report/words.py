@@ -118,7 +118,7 @@ def settings_of(settings: Mapping[str, Any], axes: Sequence[str], unit: str = "s
             parts.append(f"{what} searched from {_each(ranges, axes)} multiples of nominal")
     if settings.get("output_std_bounds"):
         low, high = settings["output_std_bounds"]
-        parts.append(f"output noise searched from {low:.3g} to {high:.3g} {unit}")
+        parts.append(units.with_unit(f"output noise searched from {low:.3g} to {high:.3g}", unit))
     if settings.get("correlated"):
         parts.append("inputs may be correlated")
     if settings.get("method") == "classic":

@@ -125,6 +125,25 @@ def test_the_coefficients_are_those_of_the_polynomials() -> None:
     assert linear().coefficients is None
 
 
+def test_the_text_states_the_error_of_the_expansions() -> None:
+    wide = linear(std=[0.3, 0.3], order=4)
+    assert wide.error.max() > 1e-3
+    assert (f"Polynomials of order 4, from 41 model runs for each condition; largest estimated error (RMS over the "
+            f"inputs): {1e3 * wide.error.max():.4g} ms.") in wide.text
+    assert wide.summary()[2] in wide.text
+
+
+def test_an_output_without_a_unit_is_a_number_alone() -> None:
+    machine = BlackBoxDescription("Pair", (Input("stiffness", "N/m", 100.0, 0.5, 1.5),), (Quantity("load", "N"),),
+                                  Quantity("ratio", "1"), "")
+    axis = Axis("stiffness", np.array([0.5, 1.5]), 100.0, "N/m")
+    table = Grid((axis,), np.array([[3.0], [1.0]]), np.zeros((2, 1), np.uint8),
+                 Cases(machine.columns, np.array([[1.0]])), machine, "tests")
+    result = propagate(table, 1.0, 0.1, output_std=0.1)
+    assert result.summary()[0].endswith("Condition 0 has a ratio of 2.000, with a standard deviation of 0.224.")
+    assert "Output noise: 0.1." in result.summary()[1]
+
+
 def test_another_machine_keeps_its_unit_and_has_no_noise_by_default() -> None:
     machine = BlackBoxDescription("Spring", (Input("stiffness", "N/m", 100.0, 0.5, 1.5),), (Quantity("load", "N"),),
                                   Quantity("travel", "mm"), "")
@@ -171,8 +190,11 @@ def test_what_is_outside_the_table_is_clipped_missing_or_refused() -> None:
     assert np.isfinite(clipped.mean).all()
     assert np.isnan(missing.mean).all()
     assert np.isnan(missing.quantiles).all()
-    assert "15.9 % of the inputs lie outside the table" in missing.summary()[2]
-    assert "3 of 3 conditions have no distribution" in missing.summary()[3]
+    assert "15.9 % of the inputs lie outside the table" in missing.summary()[3]
+    assert missing.summary()[4] == ("3 of 3 conditions have no distribution: there are nodes of the expansion that may "
+                                    "never lock, or lie outside the table.")
+    assert set(missing.columns["reason"]) == {
+        "There are nodes of the expansion that may never lock, or lie outside the table"}
     assert missing.columns["mean [s]"] == [None] * 3
     assert missing.plot().title == "No condition has a distribution"
     assert Propagation.from_dict(json.loads(json.dumps(missing.to_dict(), allow_nan=False))).text == missing.text
