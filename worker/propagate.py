@@ -83,9 +83,13 @@ def read_quantity(option: str, text: str | None, unit: str) -> float | None:
     """A number in `unit`, from a text that may name another unit of the same kind; raises `InvalidValue`."""
     if text is None:
         return None
-    has_unit = unit == "1" or " " in text.strip()
     try:
-        return in_unit(text if has_unit else f"{text} {unit}", unit)
+        float(text)
+        quantity = f"{text} {unit}"
+    except ValueError:
+        quantity = text
+    try:
+        return in_unit(quantity, unit)
     except NotAQuantity as error:
         raise InvalidValue(f"{option} is '{text}': {error}", f"Give a number in {unit}, or a number and its unit") \
             from error

@@ -52,7 +52,8 @@ def in_unit(value: Any, unit: str) -> float:
     try:
         plain = float(number)
     except ValueError:
-        raise NotAQuantity(f"'{str(value)[:60]}' does not begin with a number") from None
+        form = "a number" if unit == "1" else "a number, a space and its unit"
+        raise NotAQuantity(f"'{str(value)[:60]}' is not {form}") from None
     return float(convert(np.array(plain), written.strip(), unit))
 
 

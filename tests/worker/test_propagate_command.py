@@ -64,7 +64,7 @@ def test_a_plain_number_is_in_the_unit_of_the_output(given: list[object], tmp_pa
 @pytest.mark.parametrize(("words", "message"), [
     (["--mean", "1,x"], "--mean is '1,x', which is no list of numbers. Give a number for each axis"),
     (["--std", "0.1"], r"The std has shape \(1,\)"), (["--output-std", "5 V"], "--output-std is '5 V': "),
-    (["--output-std", "5ms"], "does not begin with a number. Give a number in s"),
+    (["--output-std", "5ms"], "'5ms' is not a number, a space and its unit. Give a number in s"),
     (["--tolerance", "-1 ms"], "The tolerance is -0.001"), (["--family", "cake,gamma"], "no family 'cake'"),
     (["--condition", "216"], "no condition 216"), (["--out", "result.h5"], r"ends in \.json or \.csv"),
     (["--report", "page.pdf"], r"ends in \.html"), (["--picture", "picture.pdf"], r"End it in \.svg"),

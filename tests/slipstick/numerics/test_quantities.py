@@ -25,8 +25,9 @@ def test_conversion(text: str | float, unit: str, value: float) -> None:
 
 
 @pytest.mark.parametrize(("text", "unit", "says"), [
-    ("50", "s", "the unit is missing"), (50, "s", "the unit is missing"), ("50ms", "s", "does not begin with a number"),
-    ("ms", "s", "does not begin"), ("50 sekunden", "s", "cannot be converted to s"), ("50 bar", "s", "cannot be"),
+    ("50", "s", "the unit is missing"), (50, "s", "the unit is missing"), ("ms", "s", "'ms' is not a number, a space"),
+    ("50ms", "s", "'50ms' is not a number, a space and its unit"), ("none", "1", "'none' is not a number$"),
+    ("50 sekunden", "s", "cannot be converted to s"), ("50 bar", "s", "cannot be"),
     (True, "1", "is not a quantity"), ("nan s", "s", "not finite"), ("1e400 s", "s", "not finite"),
     # To pint these are rad/min and rad/s, wrong by 2 pi for a speed in revolutions.
     ("1500 1/min", "rad/s", "which angle"), ("25 Hz", "rad/s", "which angle"),
