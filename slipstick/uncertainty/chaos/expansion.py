@@ -164,6 +164,11 @@ def make_basis(germs: tuple[Germ, ...], settings: ExpansionSettings) -> Basis:
     """The basis of the germs with its nodes; cached. Raises `InvalidValue`."""
     polynomials = Polynomials.of(germs, degrees(len(germs), settings.order, settings.norm))
     rule = settings.rule or ("tensor" if len(germs) <= 2 else "regression")
+    other, name, count = ("regression", "runs", settings.samples) if rule == "tensor" else (
+        "tensor", "nodes", settings.nodes)
+    if count is not None:
+        raise InvalidValue(f"`{name}` is {count}, but the rule is {rule}" + " by default" * (settings.rule is None),
+                           f"Omit `{name}`, or choose the rule {other}, which takes it")
     return (_by_tensor if rule == "tensor" else _by_regression)(polynomials, settings)
 
 

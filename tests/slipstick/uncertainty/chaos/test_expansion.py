@@ -155,6 +155,10 @@ def test_invalid_settings_raise() -> None:
         ExpansionSettings(rule="smolyak")  # type: ignore[arg-type]
     with pytest.raises(InvalidValue, match="checks"):
         ExpansionSettings(checks=-1)
+    with pytest.raises(InvalidValue, match=r"`runs` is 100, but the rule is tensor by default. Omit `runs`, or choose"):
+        make_basis((HERMITE,) * 2, ExpansionSettings(4, samples=100))
+    with pytest.raises(InvalidValue, match=r"`nodes` is 9, but the rule is regression. .* choose the rule tensor"):
+        make_basis((HERMITE,) * 2, ExpansionSettings(4, rule="regression", nodes=9))
     with pytest.raises(InvalidValue, match="Take 70 samples"):
         make_basis((HERMITE,) * 3, ExpansionSettings(4, samples=35))
     with pytest.raises(InvalidValue, match="Take the regression"):
