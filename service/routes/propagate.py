@@ -94,7 +94,8 @@ class PropagateRequest(StrictModel):
     )] = SAMPLES
     seed: Seed = 1
     quantiles: list[Annotated[float, Field(ge=0, le=1)]] = Field(
-        default_factory=lambda: list(QUANTILES), max_length=100, description="Probabilities of the quantiles.")
+        default_factory=lambda: list(QUANTILES), max_length=100, description="Probabilities of the quantiles, at "
+                                                                        "least 1 / `samples` away from 0 and 1.")
     density_points: int = Field(
         default=0, ge=0, le=2000,
         description="Number of equidistant points at which each density is computed, from five standard deviations "

@@ -45,7 +45,8 @@ class PropagationSettings:
     `output_std`, the noise that is added to the output, and `tolerance` are in the unit of the output. With a
     `tolerance` the order of the `expansion` is ignored: it is raised from 1 until the error of all conditions is
     within the tolerance, or `MOST_RUNS` are used. Quantiles and densities are those of `samples` (a power of two) of
-    the expansion; each density is computed at `density_points` from five stds below to five above the mean.
+    the expansion, so that probabilities are at least 1 / `samples` away from 0 and 1; each density is computed at
+    `density_points` from five stds below to five above the mean.
     """
 
     output_std: float
@@ -69,7 +70,11 @@ class PropagationSettings:
         require_seed(self.seed)
         for probability in self.quantiles:
             if not 0 <= probability <= 1:
-                raise InvalidValue(f"There is no quantile {probability}", "Give probabilities from 0 to 1")
+                raise InvalidValue(f"There is no quantile {probability}", "Give probabilities between 0 and 1")
+            if min(probability, 1 - probability) * self.samples < 1:  # it would be the outermost sample
+                raise InvalidValue(
+                    f"The quantile {probability:g} is not known from {self.samples} samples",
+                    f"Give more samples, or probabilities at least 1/{self.samples} away from 0 and 1")
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from slipstick.errors import require_whole
+from slipstick.errors import InvalidValue, require_whole
 from slipstick.inference.inputs import table_inputs
 from slipstick.inference.problems import table_model
 from slipstick.inference.propagation import (
@@ -244,7 +244,7 @@ def propagate(table: TableLike, mean: float | Sequence[float] | np.ndarray,
         Target for the error of the expansions in the unit of the output. With one, the order is raised from 1 until the
         error is within it, or 20,000 model runs are used.
     quantiles : sequence of float
-        Probabilities of the quantiles.
+        Probabilities of the quantiles, at least 1 / `samples` away from 0 and 1.
     density_points : int
         Number of points of each density, from five standard deviations below to five above the mean; 0 for none. There
         are none without output noise.
@@ -283,7 +283,7 @@ def propagate(table: TableLike, mean: float | Sequence[float] | np.ndarray,
     limit = None if tolerance is None else in_unit_of(tolerance, unit, "tolerance")
     settings = PropagationSettings(
         noise, ExpansionSettings(order, norm, rule, nodes, samples=runs, seed=seed), limit, samples, seed,
-        tuple(map(float, quantiles)), density_points if noise else 0)
+        _probabilities(quantiles), density_points if noise else 0)
     expanded = expand_outputs(table_model(selected, outside), selected.conditions, inputs, settings)
     distributions = compute_distributions(expanded, inputs, opened.lower, opened.upper, settings)
     request = {"inputs": inputs_of(inputs), "output_std": noise, "conditions": rows, "outside": outside,
@@ -306,6 +306,14 @@ def present(table: Table, name: str, selected: Table, rows: Sequence[int], distr
         "conditions": [{"described": words[row["condition"]], **row}
                        for row in _rows(distributions, rows, request["coefficients"], reason)]}
     return Propagation(answer, asdict(table.output), request, columns(selected.conditions))
+
+
+def _probabilities(quantiles: Sequence[float]) -> tuple[float, ...]:
+    try:
+        return tuple(map(float, quantiles))
+    except (TypeError, ValueError) as error:
+        raise InvalidValue(f"`quantiles` is {quantiles!r:.60}",
+                           "Give a list of probabilities, such as [0.05, 0.95]") from error
 
 
 def _rows(distributions: Distributions, conditions: Sequence[int], with_coefficients: bool,

@@ -171,7 +171,10 @@ def test_another_machine_keeps_its_unit_and_has_no_noise_by_default() -> None:
     ({"output_std": float("nan")}, "`output_std` is nan"), ({"order": 99}, "no expansion of order 99"),
     ({"norm": 0.0}, "norm of the truncation"), ({"rule": "cake"}, "no rule 'cake'"),
     ({"nodes": 2}, "2 nodes per axis do not resolve"), ({"tolerance": 0.0}, "The tolerance is 0"),
-    ({"quantiles": [1.5]}, "no quantile 1.5"), ({"samples": 1000}, "not a power of two"),
+    ({"quantiles": [1.5]}, "no quantile 1.5"), ({"quantiles": 0.95}, "`quantiles` is 0.95. Give a list"),
+    ({"quantiles": [1e-6]}, "quantile 1e-06 is not known from 4096 samples. Give more samples, or probabilities at"),
+    ({"quantiles": [1.0]}, "quantile 1 is not known"), ({"samples": 16}, "quantile 0.05 is not known from 16 samples"),
+    ({"samples": 1000}, "not a power of two"),
     ({"density_points": -1}, "no densities at -1 points"), ({"seed": -1}, "The seed is -1"),
     ({"outside": "cake"}, "Known: clip, error, nan"),
 ])
