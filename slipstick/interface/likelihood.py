@@ -158,7 +158,7 @@ def likelihood(table: TableLike, recordings: Measured | Path | str, mean: float 
     lines : int
         Number of integration lines for three or more inputs, a power of two from 16 to 1024.
     samples, seed : int
-        Number of samples, a power of two, and seed of samples and lines.
+        Number of samples, a power of two, and seed of samples, lines and the runs of a regression.
     name : str
         Name of the recordings in reports.
 
@@ -186,7 +186,8 @@ def likelihood(table: TableLike, recordings: Measured | Path | str, mean: float 
     recordings, opened = measured_of(recordings), open_table(table)
     inputs = table_inputs(opened, mean, std, families, mixing, correlation, support)
     candidate = Candidate(inputs, in_unit_of(output_std, opened.output.unit, "output_std"))
-    settings = LikelihoodSettings(method, ExpansionSettings(order, norm, rule, nodes, 0, runs), lines, samples, seed)
+    expansion = ExpansionSettings(order, norm, rule, nodes, 0, runs, seed)
+    settings = LikelihoodSettings(method, expansion, lines, samples, seed)
     computed = compute_likelihoods(table_problem(opened, recordings, outside), [candidate], settings)
     request = {"recordings": name, "candidates": [{**inputs_of(inputs), "output_std": candidate.output_std}],
                "method": method, "outside": outside,

@@ -46,6 +46,13 @@ def test_a_linear_model_has_the_densities_of_its_closed_form(table: Path, change
     assert wrong.log10_likelihood < result.log10_likelihood - 0.1
 
 
+def test_the_seed_is_that_of_the_runs_of_a_regression(table: Path) -> None:
+    """Whose clipped model has kinks, so that the expansion depends on where it is run."""
+    first, same, other = (likelihood(table, MEASURED, MEAN, [0.5, 0.5], NOISE, method="expansion", rule="regression",
+                                     seed=seed).log10_likelihood for seed in (1, 1, 2))
+    assert first == same != other
+
+
 def test_dependent_inputs_have_the_spread_of_their_covariance(table: Path) -> None:
     mixing = np.array([[0.05, 0.0], [0.03, 0.02]])
     spread = np.sqrt(((SLOPES @ mixing) ** 2).sum(axis=1) + NOISE**2)
