@@ -20,11 +20,11 @@ SIGNATURES: dict[str, str] = {
     "fit": "(simulator, recordings, parameters=None, *, model=None, outside='clip', settings=None, "
              "budget=None, progress=True, name='recordings', **changed)",
     "likelihood": "(table, recordings, mean, std=None, output_std=None, *, families=None, mixing=None, "
-             "correlation=None, support=None, method='auto', outside='clip', order=8, norm=1.0, rule=None, "
+             "correlation=None, support=None, method='auto', outside='clip', order=None, norm=1.0, rule=None, "
              "nodes=None, runs=None, lines=64, samples=4096, seed=1, name='recordings')",
     "open_result": "(path)",
     "propagate": "(table, mean, std=None, *, families=None, mixing=None, correlation=None, support=None, "
-             "output_std=None, conditions=None, order=8, norm=1.0, rule=None, nodes=None, runs=None, "
+             "output_std=None, conditions=None, order=None, norm=1.0, rule=None, nodes=None, runs=None, "
              "tolerance=None, quantiles=(0.05, 0.5, 0.95), density_points=161, samples=4096, seed=1, "
              "outside='clip', coefficients=False, name=None)",
     "simulate": "(bench, effects=(), *, model=None, conditions=None, engagements=None, scatter=0.02, noise=1.0, "

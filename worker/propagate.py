@@ -22,7 +22,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--condition", type=int, nargs="+", action="extend", metavar="N", dest="conditions",
                         help="numbers, from 0, of conditions of the table (default: all)")
     parser.add_argument("--tolerance", metavar="VALUE",
-                        help='largest error of the expansions, such as "0.5 ms" (default: that of order 8)')
+                        help='largest error of the expansions, such as "0.5 ms" (default: that of order 8, or of a '
+                             "lower one for more than five inputs)")
     parser.add_argument("--out", type=Path, metavar="FILE", help="write the result as .json, or as .csv with a row for "
                                                                  "each condition")
     parser.add_argument("--report", type=Path, metavar="FILE.html",

@@ -35,7 +35,7 @@ from slipstick.report.propagation import inputs_text, outside_warning
 from slipstick.report.words import number, signed
 from slipstick.table import Outside, Table
 from slipstick.table.subject import columns
-from slipstick.uncertainty.chaos import ORDER, ExpansionSettings, Family, Rule
+from slipstick.uncertainty.chaos import ExpansionSettings, Family, Rule, default_order
 from slipstick.uncertainty.likelihood import SAMPLES, Candidate
 from slipstick.uncertainty.likelihood.line_rules import ACROSS
 
@@ -127,7 +127,7 @@ def likelihood(table: TableLike, recordings: Measured | Path | str, mean: float 
                mixing: Sequence[Sequence[float]] | np.ndarray | None = None,
                correlation: Sequence[Sequence[float]] | np.ndarray | None = None,
                support: Sequence[Sequence[float]] | np.ndarray | None = None, method: Method = "auto",
-               outside: Outside = "clip", order: int = ORDER, norm: float = 1.0, rule: Rule | None = None,
+               outside: Outside = "clip", order: int | None = None, norm: float = 1.0, rule: Rule | None = None,
                nodes: int | None = None, runs: int | None = None, lines: int = ACROSS, samples: int = SAMPLES,
                seed: int = 1, name: str = "recordings") -> Likelihood:
     """Compute the likelihood of measured outputs under distributions of the inputs and the output noise.
@@ -186,6 +186,7 @@ def likelihood(table: TableLike, recordings: Measured | Path | str, mean: float 
     recordings, opened = measured_of(recordings), open_table(table)
     inputs = table_inputs(opened, mean, std, families, mixing, correlation, support)
     candidate = Candidate(inputs, in_unit_of(output_std, opened.output.unit, "output_std"))
+    order = default_order(inputs.dimension, norm) if order is None else order
     expansion = ExpansionSettings(order, norm, rule, nodes, 0, runs, seed)
     settings = LikelihoodSettings(method, expansion, lines, samples, seed)
     computed = compute_likelihoods(table_problem(opened, recordings, outside), [candidate], settings)

@@ -47,7 +47,7 @@ from slipstick.report.propagation import (
 )
 from slipstick.table import Outside, Table
 from slipstick.table.subject import columns
-from slipstick.uncertainty.chaos import ORDER, ExpansionSettings, Family, Rule
+from slipstick.uncertainty.chaos import ExpansionSettings, Family, Rule, default_order
 from slipstick.uncertainty.likelihood import SAMPLES
 
 DENSITY_POINTS = 161
@@ -206,11 +206,11 @@ def propagate(table: TableLike, mean: float | Sequence[float] | np.ndarray,
               mixing: Sequence[Sequence[float]] | np.ndarray | None = None,
               correlation: Sequence[Sequence[float]] | np.ndarray | None = None,
               support: Sequence[Sequence[float]] | np.ndarray | None = None, output_std: float | str | None = None,
-              conditions: Sequence[int] | None = None, order: int = ORDER, norm: float = 1.0, rule: Rule | None = None,
-              nodes: int | None = None, runs: int | None = None, tolerance: float | str | None = None,
-              quantiles: Sequence[float] = QUANTILES, density_points: int = DENSITY_POINTS, samples: int = SAMPLES,
-              seed: int = 1, outside: Outside = "clip", coefficients: bool = False,
-              name: str | None = None) -> Propagation:
+              conditions: Sequence[int] | None = None, order: int | None = None, norm: float = 1.0,
+              rule: Rule | None = None, nodes: int | None = None, runs: int | None = None,
+              tolerance: float | str | None = None, quantiles: Sequence[float] = QUANTILES,
+              density_points: int = DENSITY_POINTS, samples: int = SAMPLES, seed: int = 1, outside: Outside = "clip",
+              coefficients: bool = False, name: str | None = None) -> Propagation:
     """Compute the distribution of the output in each condition by polynomial chaos expansion.
 
     Parameters
@@ -235,8 +235,8 @@ def propagate(table: TableLike, mean: float | Sequence[float] | np.ndarray,
     conditions : sequence of int, optional
         Indices, from 0, of conditions of the table; by default all.
     order, norm : int and float
-        Total degree of the expansion, and exponent of its hyperbolic truncation: 1 keeps all terms up to the degree,
-        smaller values drop interactions.
+        Total degree of the expansion, by default 8, or less for many inputs, of which it would be too large; and
+        exponent of its hyperbolic truncation: 1 keeps all terms up to the degree, smaller values drop interactions.
     rule : {"tensor", "regression"}, optional
         Where the table is evaluated: on a tensor grid of Gauss `nodes` per axis (by default order + 1), or at random
         points, `runs` in number (by default twice the number of terms). By default the grid for one or two inputs.
@@ -281,6 +281,7 @@ def propagate(table: TableLike, mean: float | Sequence[float] | np.ndarray,
     unit = opened.output.unit
     noise = default_output_std(opened.model) if output_std is None else in_unit_of(output_std, unit, "output_std")
     limit = None if tolerance is None else in_unit_of(tolerance, unit, "tolerance")
+    order = default_order(inputs.dimension, norm) if order is None else order
     settings = PropagationSettings(
         noise, ExpansionSettings(order, norm, rule, nodes, samples=runs, seed=seed), limit, samples, seed,
         _probabilities(quantiles), density_points if noise else 0)

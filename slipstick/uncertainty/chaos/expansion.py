@@ -22,6 +22,7 @@ from slipstick.uncertainty.chaos.polynomials import Polynomials
 from slipstick.uncertainty.chaos.truncation import degrees
 
 ORDER = 8
+"""Default order; see `default_order` for many inputs."""
 Rule = Literal["tensor", "regression"]
 LARGEST = 20_000_000
 """Largest number of entries of a projection matrix, terms times nodes."""
@@ -157,6 +158,18 @@ class Expansion:
 def expand(basis: Basis, times: np.ndarray) -> Expansion:
     """Project the times of the model at the nodes (q, n), s, onto the basis (eq. 6)."""
     return Expansion(basis, matrix_product(basis.projection, times), times)
+
+
+def default_order(dimension: int, norm: float = 1.0) -> int:
+    """`ORDER`, or for many inputs the highest order of which a regression is not too large."""
+    for order in range(ORDER, 1, -1):
+        try:
+            terms = len(degrees(dimension, order, norm))
+            _require_size(terms, _OVERSAMPLING * terms, "Lower the order")
+        except InvalidValue:
+            continue
+        return order
+    return 1
 
 
 @lru_cache(maxsize=8)

@@ -9,12 +9,14 @@ import pytest
 from scipy.stats import norm
 
 import slipstick
+from slipstick.bench import parameters
 from slipstick.black_box import BlackBoxDescription, Cases, Quantity
 from slipstick.black_box.description import Input
 from slipstick.errors import InvalidValue, OutsideTable, SlipstickError
 from slipstick.interface.propagate import Propagation, propagate
 from slipstick.pictures.propagation import MOST
 from slipstick.table import Axis, Grid, Table
+from slipstick.uncertainty.chaos import ORDER, default_order
 from tests.benches import HEAVY, NOMINAL
 
 SLOPES = np.array([[0.2, -0.1], [0.3, 0.4], [0.0, 0.5]])
@@ -81,6 +83,22 @@ def test_it_agrees_with_plain_monte_carlo(shelf: Path) -> None:
     np.testing.assert_allclose(result.std, times.std(axis=0), rtol=0.02)
     np.testing.assert_allclose(result.quantiles.T, np.quantile(times, [0.05, 0.5, 0.95], axis=0), atol=2e-3)
     assert not np.allclose(narrower.std, times.std(axis=0), rtol=0.02)
+
+
+def test_seven_inputs_have_an_expansion_that_is_not_too_large_by_default() -> None:
+    """As many as the paper leaves uncertain: linear, so that the closed form holds."""
+    axes = tuple(Axis(name, np.array([0.0, 2.0]), 1.0, "1") for name in parameters.NAMES[:7])
+    slopes = np.arange(1.0, 8.0) / 10
+    times = 1.0 + sum(slope * axis for slope, axis in zip(
+        slopes, np.meshgrid(*(axis.values for axis in axes), indexing="ij"), strict=True))[..., None]
+    table = Grid(axes, times, np.zeros(times.shape, np.uint8), HEAVY.conditions.take([0]), NOMINAL, "tests")
+    result = propagate(table, [1.0] * 7, [0.05] * 7)
+    assert result.std[0] == pytest.approx(np.sqrt(0.05**2 * (slopes**2).sum() + 0.003**2), rel=1e-6)
+    assert result.first_order is not None
+    np.testing.assert_allclose(result.first_order[0], slopes**2 / (slopes**2).sum(), atol=1e-6)
+    assert result.order == default_order(7) < default_order(5) == default_order(1) == ORDER
+    with pytest.raises(InvalidValue, match="more than 2000 terms"):
+        propagate(table, [1.0] * 7, [0.05] * 7, order=ORDER)
 
 
 def test_dependent_inputs_have_no_sobol_indices() -> None:
