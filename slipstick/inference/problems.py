@@ -34,7 +34,8 @@ def table_problem(table: Table, recordings: Measured, outside: Outside,
     """The problem of the recordings with a table as the model.
 
     The uncertain inputs are the axes `chosen` (default all); the other axes are fixed at 1. Raises `InvalidValue` if
-    the table does not contain a condition of the recordings, and `UnknownName` for an unknown axis.
+    the table does not contain a condition of the recordings, or 1 on another axis, and `UnknownName` for an unknown
+    axis.
     """
     if isinstance(recordings, Measurements) and recordings.output != table.output:
         raise InvalidValue(f"The measurements are of {recordings.output.name} [{recordings.output.unit}], and the "
@@ -42,6 +43,12 @@ def table_problem(table: Table, recordings: Measured, outside: Outside,
     table.restricted(recordings.conditions)
     axes = [axis.name for axis in table.axes]
     columns = _columns(axes, axes if chosen is None else chosen, "axis of the table")
+    for column, axis in enumerate(table.axes):
+        low, high = float(table.lower[column]), float(table.upper[column])
+        if column not in columns and not low <= 1 <= high:
+            raise InvalidValue(f"{axis.name} is no uncertain input, and its nominal value, the multiple 1, is outside "
+                               f"the table, whose axis {axis.name} goes from {low:g} to {high:g}",
+                               f"Fit {axis.name} as well, or use a table whose axis contains 1")
     model = _Fixed(table_model(table, outside), np.ones(len(axes)), columns)
     knots = None if table.knots is None else tuple(table.knots[column] for column in columns)
     return InferenceProblem(model, recordings.conditions, recordings.measured_time, table.lower[columns],

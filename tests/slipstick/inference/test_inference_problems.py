@@ -45,6 +45,15 @@ def test_axes_that_are_not_chosen_stay_at_nominal(small_table: Grid, small_recor
     assert len(problem.lower) == len(problem.upper) == len(problem.knots or ()) == len(chosen)
 
 
+def test_an_axis_that_is_not_chosen_has_its_nominal_value_in_the_table(small_table: Grid,
+                                                                       small_recordings: Recordings) -> None:
+    first, second = small_table.axes
+    beyond = replace(small_table, axes=(first, replace(second, values=second.values + 1.0)))
+    with pytest.raises(InvalidValue, match=r"initial_position is no uncertain input, .* goes from 1\.7 to 2\.3\. Fit"):
+        table_problem(beyond, small_recordings, "clip", AXES[:1])
+    assert table_problem(beyond, small_recordings, "clip").axes == tuple(AXES)
+
+
 def test_conditions_are_those_of_the_recordings(small_table: Grid, small_recordings: Recordings) -> None:
     rows = [6, 1]
     subset = Recordings(small_recordings.conditions.take(rows), small_recordings.measured_time[rows])
