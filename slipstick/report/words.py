@@ -29,14 +29,16 @@ def headline(result: Result, conditions: int, recordings: str) -> str:
 def improvement(result: Result) -> str:
     """Return the log10 likelihood before and after the fit, and the difference."""
     before, after = result["before"]["log10_likelihood"], result["log10_likelihood"]
+    nominal = "the nominal model" if all(mean == 1 for mean in result["before"]["mean"]) else \
+        "the model whose inputs are as near to nominal as their bounds allow"
     if after is None:
         return "With the fitted inputs, at least one engagement has zero likelihood."
     if before is None:
-        return (f"log10 likelihood {signed(after)} after the fit. With the nominal model, at least one engagement has "
+        return (f"log10 likelihood {signed(after)} after the fit. With {nominal}, at least one engagement has "
                 "zero likelihood.")
     return (f"log10 likelihood {signed(before)} before the fit, {signed(after)} after it: the recordings are "
-            f"{after - before:.1f} decades (factors of ten) more likely with the fitted inputs than with the nominal "
-            "model, whose output noise is matched to its residuals.")
+            f"{after - before:.1f} decades (factors of ten) more likely with the fitted inputs than with {nominal}, "
+            "whose output noise is matched to its residuals.")
 
 
 def fitted(physical: Iterable[Mapping[str, Any]]) -> str:

@@ -93,6 +93,15 @@ def test_nothing_in_the_data_becomes_markup(made: Made, reading: Read) -> None:
 
 
 @pytest.mark.usefixtures("undrawn")
+def test_the_model_before_a_fit_is_nominal_only_within_the_bounds(made: Made) -> None:
+    output = made()
+    assert "than with the nominal model, whose output noise" in page(FIT, output)
+    output["result"]["before"]["mean"][0] = 1.2
+    assert "than with the model whose inputs are as near to nominal as their bounds allow, whose output noise" in page(
+        FIT, output)
+
+
+@pytest.mark.usefixtures("undrawn")
 def test_a_zero_likelihood_is_reported(made: Made) -> None:
     output = made()
     output["result"]["before"]["log10_likelihood"] = None
