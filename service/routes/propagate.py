@@ -154,7 +154,8 @@ class PropagateResponse(BaseModel):
     mass_outside: MassOutside
     order: int = Field(description="Order of the expansions.")
     nodes: int = Field(description="Number of model runs per condition, summed over all orders that were tried.")
-    reached: bool | None = Field(description="Whether the error is within the tolerance; null if none was given.")
+    reached: bool | None = Field(description="Whether the estimated error is within the tolerance; null if none was "
+                                             "given.")
     germs: list[str] = Field(description="Polynomial family of each input: hermite, laguerre, jacobi or legendre.")
     degrees: list[list[int]] | None = Field(
         description="Degrees of each term of the expansions, one per germ (standardised random variable). A term is "

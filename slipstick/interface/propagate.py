@@ -140,7 +140,7 @@ class Propagation(TableAnswer):
 
     @property
     def reached(self) -> bool | None:
-        """Whether the error is within the tolerance; None without one."""
+        """Whether the estimated error is within the tolerance; None without one."""
         reached: bool | None = self.answer["reached"]
         return reached
 
