@@ -40,6 +40,9 @@ def table_problem(table: Table, recordings: Measured, outside: Outside,
     if isinstance(recordings, Measurements) and recordings.output != table.output:
         raise InvalidValue(f"The measurements are of {recordings.output.name} [{recordings.output.unit}], and the "
                            f"table is of {table.output.name} [{table.output.unit}]", "Give measurements of that output")
+    if isinstance(recordings, Recordings) and isinstance(table.model, BlackBoxDescription):
+        raise InvalidValue(f"The recordings are shifting times of a clutch, and the table is of {table.output.name} "
+                           f"[{table.output.unit}] of another machine", "Give measurements of that output")
     table.restricted(recordings.conditions)
     axes = [axis.name for axis in table.axes]
     columns = _columns(axes, axes if chosen is None else chosen, "axis of the table")

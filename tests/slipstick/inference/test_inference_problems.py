@@ -64,6 +64,16 @@ def test_conditions_are_those_of_the_recordings(small_table: Grid, small_recordi
         table_problem(small_table, other, "clip")
 
 
+def test_recordings_of_a_clutch_are_refused_for_the_table_of_another_machine(small_recordings: Recordings) -> None:
+    cases = Cases((Quantity("load", "N"),), np.ones((1, 1)))
+    machine = BlackBoxDescription("beam", (Input("size", "m", 0.1, 0.5, 1.5),), cases.quantities,
+                                  Quantity("stress", "Pa"), "")
+    table = Grid((Axis("size", np.array([0.5, 1.5]), 0.1, "m"),), np.ones((2, 1)), np.zeros((2, 1), np.uint8), cases,
+                 machine)
+    with pytest.raises(InvalidValue, match=r"shifting times of a clutch, and the table is of stress \[Pa\]"):
+        table_problem(table, small_recordings, "clip")
+
+
 def stress_problem(measured: np.ndarray) -> InferenceProblem:
     """The problem of measured stresses in Pa, one under each of n loads."""
     quantity = Quantity("stress", "Pa")
