@@ -75,6 +75,10 @@ class Measurements:
     def read(cls, content: Path | bytes) -> "Measurements":
         """Read an HDF5 file that `to_bytes` wrote; raises `BadRecording`."""
         with reading(content, BadRecording, _LARGEST) as source:
+            if not source.has_attribute("", MARK):
+                raise BadRecording("The file holds no measurements of the output of a machine",
+                                   "Give a CSV file with the columns of its conditions and its output, or measurements "
+                                   "downloaded from the service")
             conditions = Cases.read(source)
             unit = source.attribute("measured", "units")
             measured = source.array("measured", "f", (len(conditions),), unit)

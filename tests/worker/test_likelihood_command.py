@@ -52,7 +52,8 @@ def test_recordings_may_be_a_csv_file_of_the_bench(given: list[object], tmp_path
     assert "1 measurement of the shifting time in “one”" in capsys.readouterr().out
 
 
-def test_measurements_of_another_machine_need_no_bench(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_measurements_of_another_machine_need_no_bench(shelf: Path, tmp_path: Path,
+                                                       capsys: pytest.CaptureFixture[str]) -> None:
     machine = BlackBoxDescription("Spring", (Input("stiffness", "N/m", 100.0, 0.5, 1.5),), (Quantity("load", "N"),),
                                   Quantity("travel", "mm"), "")
     cases = Cases(machine.columns, np.array([[1.0], [2.0]]))
@@ -68,6 +69,8 @@ def test_measurements_of_another_machine_need_no_bench(tmp_path: Path, capsys: p
     assert first == second
     expected = likelihood(tmp_path / "spring.h5", measured, 1, 0.1, 0.05, name="mine")
     assert f"log10 likelihood {first}" == f"{expected!r}\n"
+    with pytest.raises(SlipstickError, match=r"The file holds no measurements of the output of a machine\. Give a CSV"):
+        run(tmp_path / "spring.h5", shelf / "measured.h5", "--mean", 1, "--std", 0.1, "--output-std", "50 um")
 
 
 @pytest.mark.parametrize(("words", "message"), [
