@@ -111,7 +111,7 @@ def _list_excerpts(source: Source, mapping: MachineMap, numbers: Numbers) -> Ite
     if not isinstance(mapping.start, float):
         marked = track(source, mapping.start.source, mapping.time, None)
         marks = instants(mapping.start, marked.time, marked.values)
-    clock = slowest_of(tracks).time
+    clock = (slowest := slowest_of(tracks).time)[slowest >= begin]  # another signal may begin later than the slowest
     for place, (start, stop) in enumerate(spans):
         label = source.name if mapping.cut is None else f"{source.name}, run {place}"
         if marks is None:
@@ -120,15 +120,15 @@ def _list_excerpts(source: Source, mapping: MachineMap, numbers: Numbers) -> Ite
         else:
             inside = marks[(marks >= start) & (marks < stop)]
             if len(inside) != 1:
-                yield SetAside(label, f"its start is marked {len(inside)} times from {start:.4g} to {stop:.4g} s")
+                yield SetAside(label, f"its start is marked {len(inside)} times from {start:.7g} to {stop:.7g} s")
                 continue
             wanted = float(inside[0])
         # Values between samples would mix neighbours, and their noise would be misjudged.
         near = int(np.searchsorted(clock, wanted))
         zero = float(min(clock[max(near - 1, 0):near + 1], key=lambda instant: abs(instant - wanted)))
-        if not begin <= zero < stop - usual:
-            yield SetAside(label, f"from its start at {wanted:.4g} s it has fewer than two samples, and ends at "
-                                  f"{stop:.4g} s")
+        if zero >= stop - usual:
+            yield SetAside(label, f"from its start at {wanted:.7g} s it has fewer than two samples, and ends at "
+                                  f"{stop:.7g} s")
             continue
         # The sample at a cut is the first one of the next run.
         limit = stop - zero if mapping.cut is None else stop - zero - usual / 2

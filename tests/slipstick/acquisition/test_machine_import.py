@@ -133,6 +133,17 @@ def test_each_file_is_a_run_from_its_first_sample_or_its_start() -> None:
     assert (marked.label, marked.reason) == ("sled2.csv", "its start is marked 2 times from 0 to 4.599 s")
 
 
+@pytest.mark.parametrize("late", [0.3, 0.7])
+def test_a_run_begins_with_the_first_sample_at_which_all_signals_are_known(late: float) -> None:
+    columns = recording(1)
+    columns = {**columns, "t": columns["t"] + 1_834_200, "t_bus": columns["t"] + 1_834_200 + late}
+    found = imported(columns, text=edited('"x", unit = "mm"', '"x", unit = "mm", time = "t_bus"', MAP))
+    assert found.begins.tolist() == pytest.approx([1834.201])
+    np.testing.assert_allclose(found.runs.signals["speed"][0] * 1000, columns["v"][1:], atol=1e-6)
+    read_late = np.interp(columns["t"][1:], columns["t_bus"], columns["x"])
+    np.testing.assert_allclose(found.runs.signals["position"][0] * 1000, read_late, atol=1e-6)
+
+
 def test_a_held_command_on_its_own_clock_jumps(tmp_path: Path) -> None:
     columns = recording()
     starts = np.flatnonzero(np.diff(columns["u"], prepend=-1.0))
