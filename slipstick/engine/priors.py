@@ -96,7 +96,8 @@ def choose_prior(gram: Gram, law: Candidate, places: np.ndarray, variance: np.nd
         if not root.shape[1]:
             continue
         values, axes = np.linalg.eigh(root.T @ information @ root)
-        along = (axes.T @ (root.T @ pull)) ** 2
+        # Information is not negative but for rounding, which leaves no more of the pull than of it.
+        along = np.where(values > -values[0], (axes.T @ (root.T @ pull)) ** 2, 0.0)
         square = AMPLITUDES[:, None] ** 2
         spread = square * np.maximum(values, 0)
         gain = 0.5 * (square * along / (1 + spread) - np.log1p(spread)).sum(axis=1)
