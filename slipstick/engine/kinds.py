@@ -47,7 +47,8 @@ class Coefficient:
 class KindOfLaw:
     """The kind that explains a law best: its `coefficients`, with its shape, and `nats` of evidence beyond the law.
 
-    `kind` is its form, None of a memory.
+    `kind` is its form, None of a memory, and `fit` the one with the form in the place of the law, whose parameters
+    belong to the coefficients.
     """
 
     pair: Pair
@@ -55,13 +56,24 @@ class KindOfLaw:
     kind: Kind | None
     coefficients: tuple[Coefficient, ...]
     nats: float
+    fit: Fit
+
+
+def find_kinds(fit: Fit, pairs: Sequence[Pair]) -> list[KindOfLaw]:
+    """Return the kinds of the laws of `pairs` in a fit, of those that have one: each beside those before it."""
+    kinds = list[KindOfLaw]()
+    for pair in pairs:
+        kind = find_kind(kinds[-1].fit if kinds else fit, pair)
+        kinds += [] if kind is None else [kind]
+    return kinds
 
 
 def find_kind(fit: Fit, pair: Pair) -> KindOfLaw | None:
     """Return the kind of a law in a fit, or None where the law has more evidence than each.
 
-    A kind has fewer coefficients than the law, so that it gains where it is right. Kinds are compared in the linear
-    model about the fit, with the best shape of each; the best ones are fitted.
+    A kind has fewer coefficients than the law, so that it gains where it is right; an offset has one, and is a
+    constant. Kinds are compared in the linear model about the fit, with the best shape of each; the best ones are
+    fitted.
     """
     law, reach = fit.laws[pair], _WIDE * max(float(np.abs(fit.state.laws[pair]).max()), 1e-12)
     families = list(_list_families(law, fit.priors[pair].known_up_to,
@@ -77,7 +89,7 @@ def find_kind(fit: Fit, pair: Pair) -> KindOfLaw | None:
     best = max(each.evidence for each, _ in tried)
     # Where the constant of a law says nothing, a line is no more than what is proportional.
     fitted, family = min((each for each in tried if each[0].evidence > best - SETTLED), key=lambda each: each[1].count)
-    if fitted.evidence < fit.evidence:
+    if fitted.evidence < fit.evidence and law.count > 1:  # one coefficient is a constant, and has no law beside it
         return None
     forms = _weigh_all(fitted, pair, family, reach)
     share = np.exp([each.nats - forms[0].nats for each in forms])
@@ -98,7 +110,7 @@ def find_kind(fit: Fit, pair: Pair) -> KindOfLaw | None:
         coefficients.append(average(family.shape_name, [each.form.shape for each in forms],
                                     [step**2 / 12] * len(forms),  # between the shapes that were compared
                                     "samples" if family.shape_name == "time" else law.variable.unit))
-    return KindOfLaw(pair, family.kind, family.formed, tuple(coefficients), fitted.evidence - fit.evidence)
+    return KindOfLaw(pair, family.kind, family.formed, tuple(coefficients), fitted.evidence - fit.evidence, fitted)
 
 
 @dataclass(frozen=True, eq=False)

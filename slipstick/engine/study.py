@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import TypeVar
 
 import numpy as np
@@ -17,7 +18,7 @@ import numpy as np
 from slipstick.engine.doing import Doing, Log
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, multiply, screen
 from slipstick.engine.fit import Fit, join, require_solutions
-from slipstick.engine.kinds import KindOfLaw, find_kind
+from slipstick.engine.kinds import KindOfLaw, find_kinds
 from slipstick.engine.laws import Candidate, list_candidates
 from slipstick.engine.linear_model import solve
 from slipstick.engine.loops import join_loops
@@ -97,7 +98,9 @@ class ParameterEstimate:
 class MachineStudy:
     """What recordings of a machine ask for, the measured `laws`, and how the whole machine confirms them.
 
-    `kinds` are those of the laws that a kind explains as well; a law without one stays a measured law.
+    `kinds` are those of the laws that a kind explains as well; a law without one stays a measured law. `parameters`
+    belong to the measured laws, and `parameters_beside_kinds` to the equations of the kinds: what a parameter and a law
+    share, such as the line of a law, they may share otherwise.
     `confirmation` is missing where nothing was found that the whole machine can have: errors of sensors change nothing
     of it, and it is driven by no measured signal. The `digest` is that of settings, machine and kinds.
     """
@@ -107,6 +110,7 @@ class MachineStudy:
     laws: tuple[Law, ...]
     kinds: tuple[KindOfLaw, ...]
     parameters: tuple[ParameterEstimate, ...]
+    parameters_beside_kinds: tuple[ParameterEstimate, ...]
     confirmation: Confirmation | None
     digest: str
     seconds: float
@@ -141,9 +145,11 @@ def study(machine: Machine, runs: Runs, values: Mapping[str, float] | None = Non
     named_laws = [(each, finding.pair) for finding in named.findings for each in named.fits
                   if finding.pair in each.laws]
     laws = tuple(measure(each, pair) for each, pair in named_laws)
-    kinds = tuple(kind for each, pair in named_laws for kind in [find_kind(each, pair)] if kind is not None)
-    studied = MachineStudy(machine, named, laws, kinds, estimate_parameters(join(named.fits)), None,
-                           digest(settings, machine, KINDS), time.perf_counter() - began)
+    kinds = [find_kinds(each, [pair for fit, pair in named_laws if fit is each]) for each in named.fits]
+    beside = [of_fit[-1].fit if of_fit else each for each, of_fit in zip(named.fits, kinds, strict=True)]
+    studied = MachineStudy(machine, named, laws, tuple(chain(*kinds)), estimate_parameters(join(named.fits)),
+                           estimate_parameters(join(beside)), None, digest(settings, machine, KINDS),
+                           time.perf_counter() - began)
     if not named.findings:
         return studied
     keep(studied)
@@ -276,10 +282,14 @@ def _with_knots(candidate: Candidate, law: Candidate) -> Candidate:
 
 
 def _choose_control(bare: Fit, candidates: Sequence[Candidate], findings: Sequence[Finding]) -> Screened:
-    """Return the candidate of other quantities that gains as much as half of them: a wrong law, chosen blindly."""
+    """Return the candidate of other quantities that gains as much as half of them: a wrong law, chosen blindly.
+
+    Where findings and their rivals are of all quantities, it is one of their other dependences.
+    """
     named = {pair for finding in findings for pair in (finding.pair, *finding.rivals)}
     quantities = {pair[0] for pair in named}
-    others = [each for each in candidates if each.pair[0] not in quantities]
+    others = [each for each in candidates if each.pair[0] not in quantities] or [
+        each for each in candidates if each.pair not in named]
     screened = screen(bare, others, multiply(bare.models, others))
     return screened[len(screened) // 2]
 

@@ -152,7 +152,7 @@ def _conclude(studied: MachineStudy, runs: Runs, doubts: list[str]) -> Studied:
     without = {each.name: each for each in estimate_parameters(bare)} if findings else {}
     result = MachineStudyResult(
         machine.name, kind, answer(findings, unexplained), findings, blocks,
-        [_state_parameter(each, machine, without.get(each.name)) for each in studied.parameters],
+        [_state_parameter(each, machine, without.get(each.name)) for each in studied.parameters_beside_kinds],
         None if confirmation is None else _state_gap(confirmation), list(named.set_aside), len(fitted.recorded.rows),
         noise, {**runs.units, **units_of(machine)}, runs.digest, studied.digest,
         seen=_list_seen(runs.take(fitted.recorded.rows)), doubts=doubts, run_names=list(runs.names))

@@ -100,6 +100,12 @@ def test_an_offset_of_a_sensor_is_in_the_level_at_which_a_run_begins_and_named_a
     off = replace(runs, signals={**runs.signals, "level 2": runs.signals["level 2"] + 0.1})
     answer = identify(prepare(TANKS, off))
     assert [finding.pair for finding in answer.findings] == [("level 2 sensor", "offset")]
+    assert not answer.findings[0].rivals
+    kind = find_kind(answer.fits[-1], ("level 2 sensor", "offset"))
+    assert kind is not None
+    constant, = kind.coefficients
+    assert (kind.name, constant.unit) == ("constant", "m")
+    assert constant.lower < 0.1 < constant.upper < 0.11
     assert not answer.unexplained
     starts = next(place for place, term in enumerate(answer.fits[-1].recorded.random) if term.name == "start 2")
     assert abs(answer.fits[-1].means[starts]) < 0.3  # in cm

@@ -2,12 +2,13 @@
 
 import math
 import re
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from slipstick.engine.bases import Kind, flat_forms
+from slipstick.engine.fit import Fit
 from slipstick.engine.kinds import Coefficient, KindOfLaw
 from slipstick.engine.measured_law import Law
 from slipstick.errors import InvalidValue
@@ -16,6 +17,8 @@ from slipstick.machine.kinds import KINDS, TERMS
 from slipstick.machine.kinds import Kind as Form
 
 X = np.linspace(-1.2, 2.0, 9)
+NO_FIT = cast(Fit, None)
+"""Equations and tables do not read it."""
 FUNCTIONS: dict[str, Any] = {"abs": abs, "min": min, "max": max, "exp": math.exp, "cos": math.cos, "sin": math.sin,
                              "pi": math.pi, "sign": np.sign}
 
@@ -32,7 +35,7 @@ def form_of(name: str) -> Form:
 def kind_of(form: Form, values: np.ndarray, shape: float) -> KindOfLaw:
     given = [*zip(form.coefficients, values, strict=True), *([(form.shape, shape)] if form.shape else [])]
     return KindOfLaw(("pull", "rate"), form.name, form,
-                     tuple(Coefficient(name, float(value), 0.0, 1.0, "") for name, value in given), 20.0)
+                     tuple(Coefficient(name, float(value), 0.0, 1.0, "") for name, value in given), 20.0, NO_FIT)
 
 
 @pytest.mark.parametrize("form", KINDS, ids=lambda form: form.name)
@@ -65,11 +68,11 @@ def test_a_table_has_the_band_and_the_change_by_the_kind(known_up_to: int) -> No
 
 def test_equations_have_units_and_what_parameters_replace_is_said() -> None:
     coefficients = Coefficient("slope", -0.3, -0.4, -0.2, "1/(m/s)"), Coefficient("threshold", 1.1, 1.0, 1.2, "m/s")
-    kind = KindOfLaw(("pull", "rate"), "above a threshold", form_of("above a threshold"), coefficients, 20.0)
+    kind = KindOfLaw(("pull", "rate"), "above a threshold", form_of("above a threshold"), coefficients, 20.0, NO_FIT)
     assert write_equation(law_of(X, unit="", relative=True, known_up_to=1), kind) == (
         "relative change of the pull = (-0.3 1/(m/s)) * max(0, rate - (1.1 m/s)), up to a constant")
     curvature = Coefficient("curvature", 2e-6, 1e-6, 3e-6, "N/(m/s)^2")
-    bent = KindOfLaw(("pull", "rate"), "quadratic", form_of("quadratic"), (curvature,), 20.0)
+    bent = KindOfLaw(("pull", "rate"), "quadratic", form_of("quadratic"), (curvature,), 20.0, NO_FIT)
     assert write_equation(law_of(X, known_up_to=2), bent) == (
         "change of the pull = (2e-06 N/(m/s)^2) * rate^2, up to a line")
 
@@ -84,7 +87,7 @@ def test_equations_have_units_and_what_parameters_replace_is_said() -> None:
 def test_memories_have_an_equation_and_no_table(pair: tuple[str, str], basis: Kind, name: str, shape: Coefficient,
                                                 right: str) -> None:
     law = law_of(X, pair, basis)
-    kind = KindOfLaw(pair, name, None, (Coefficient("share", 0.9, 0.8, 1.0, "1"), shape), 20.0)
+    kind = KindOfLaw(pair, name, None, (Coefficient("share", 0.9, 0.8, 1.0, "1"), shape), 20.0, NO_FIT)
     assert write_equation(law, kind) == f"change of the {pair[0]} = 0.9 * {right}"
     _, known = list_coefficients(law, kind)
     assert (known.lower, known.unit) == ((pytest.approx(0.008), "s") if shape.unit == "samples" else (0.1, "V"))

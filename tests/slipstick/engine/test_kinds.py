@@ -1,0 +1,66 @@
+"""Kinds of laws, with the parameters that belong to their equations; a static machine, whose runs take no solver."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slipstick.engine.preparation import prepare
+from slipstick.engine.selection import identify
+from slipstick.engine.study import MachineStudy, study
+from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Runs, Sensor
+
+RUNS, TIME, NOISE = 24, np.linspace(0, 1, 201), 2e-3
+GAIN, DRAG = 0.48, 0.006
+
+
+def declare() -> Machine:
+    motor = Block("motor", gives="torque", reads=("current",),
+                  parameters=(Parameter("gain", "N m/A", value=0.5, scatter=0.02, within=0.05),),
+                  quantities=(Quantity("loss", "N m", size=0.1, over=("current",)),))
+    motor.output(lambda x, u, q, p: p.gain * u.current - q.loss)
+    return Machine("motor", (motor,), (Sensor("torque", "N m"),), commands=(Command("current", "A"),))
+
+
+def record(seed: int, drag: float = DRAG) -> Runs:
+    rng = np.random.default_rng(seed)
+    corners, values = np.tile([0.0, 0.5, 1.0], (RUNS, 1)), rng.uniform(-4.5, 4.5, (RUNS, 3))
+    current = Profile(corners, values).at(TIME)
+    gain = GAIN * np.exp(0.01 * rng.standard_normal((RUNS, 1)))
+    torque = gain * current - drag * current * np.abs(current)
+    return Runs(TIME, {"torque": torque + NOISE * rng.standard_normal(torque.shape)},
+                {"current": Profile(corners, values)}, order=np.arange(float(RUNS)))
+
+
+@pytest.fixture(scope="module")
+def studied() -> MachineStudy:
+    return study(declare(), record(2))
+
+
+def test_parameters_beside_the_equation_of_a_law_belong_to_it_where_the_law_may_share_a_line_with_one(
+        studied: MachineStudy) -> None:
+    kind, = studied.kinds
+    assert (kind.pair, kind.name) == (("loss", "current"), "quadratic drag")
+    drag, = kind.coefficients
+    assert drag.lower < DRAG < drag.upper
+    gain, = studied.parameters_beside_kinds
+    assert abs(gain.mean - GAIN) < 2.5 * gain.error
+    measured, = studied.parameters
+    assert abs(measured.mean - GAIN) > 4 * measured.error  # beside the measured law, which leaves its line to it
+
+
+def test_other_laws_of_a_quantity_contain_the_offset_that_is_named_and_are_not_compared_with_it() -> None:
+    runs = record(1, drag=0.0)
+    off = replace(runs, signals={"torque": runs.signals["torque"] - 0.02})
+    finding, = identify(prepare(declare(), off)).findings
+    assert finding.pair == ("torque sensor", "offset")
+    assert {lead.pair[0] for lead in finding.leads} == {"loss"}
+
+
+def test_a_control_is_of_another_dependence_where_finding_and_rivals_are_of_all_quantities(
+        studied: MachineStudy) -> None:
+    finding, = studied.findings
+    assert {pair[0] for pair in (finding.pair, *finding.rivals)} == {"loss", "torque sensor"}
+    assert studied.confirmation is not None
+    assert studied.confirmation.control not in (finding.pair, *finding.rivals)
+    assert studied.confirmation.control_gap.closed < 0.5 < studied.confirmation.gap.closed
