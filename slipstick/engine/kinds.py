@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipstick.engine.bases import DELAYS, TIMES, WIDTHS, flat_forms
+from slipstick.engine.bases import DELAYS, TIMES, WIDTHS, flat_forms, hats
 from slipstick.engine.fit import SETTLED, Fit
 from slipstick.engine.laws import Candidate
 from slipstick.engine.linear_model import estimate, restricted_likelihood
@@ -19,6 +19,7 @@ from slipstick.engine.measured_law import DEVIATIONS
 from slipstick.engine.priors import Prior
 from slipstick.engine.recordings import Pair
 from slipstick.errors import InvalidValue
+from slipstick.machine.declaration import SENSOR
 from slipstick.machine.kinds import MEMORIES, Kind
 
 _WIDE = 3.0
@@ -27,6 +28,8 @@ _MOST = 3
 """Kinds that are fitted."""
 _FLAT = 1e-6
 """Largest value of a column of which flat forms leave nothing."""
+_SHARPENED = 20
+"""Most fits with a memory, each at the shape that is best about the one before."""
 _COMPARED, _CLOSER, _UNLIKELY = 21, 4, 8.0
 """Shapes that are compared at a time, most times that their range is narrowed, and the nats by which one that is out of
 the question is behind the best."""
@@ -83,7 +86,8 @@ def find_kind(fit: Fit, pair: Pair) -> KindOfLaw | None:
     tried = list[tuple[Fit, _Family]]()
     for each, family in weighed[:_MOST]:
         with suppress(InvalidValue):  # a form from which the equations have no finite solution is none of the law
-            tried.append((_fit_form(fit, pair, each.form, reach), family))
+            tried.append((_fit_form(fit, pair, each.form, reach), family) if family.formed is not None else
+                         _fit_memory(fit, pair, each, family, reach))
     if not tried:
         return None
     best = max(each.evidence for each, _ in tried)
@@ -110,6 +114,8 @@ def find_kind(fit: Fit, pair: Pair) -> KindOfLaw | None:
         coefficients.append(average(family.shape_name, [each.form.shape for each in forms],
                                     [step**2 / 12] * len(forms),  # between the shapes that were compared
                                     "samples" if family.shape_name == "time" else law.variable.unit))
+    if law.variable.kind == "lags":
+        coefficients.append(_find_lateness(fitted, pair))
     return KindOfLaw(pair, family.kind, family.formed, tuple(coefficients), fitted.evidence - fit.evidence, fitted)
 
 
@@ -159,12 +165,15 @@ def _list_families(law: Candidate, known_up_to: int, kinds: Sequence[Kind]) -> I
         first = (MEMORIES[0], "half width") if dependence == "past" else (MEMORIES[1], "time")
         for (name, shape_name), places in ((first, range(others)),
                                            ((MEMORIES[2], "time"), range(others, others + len(TIMES)))):
-            by_shape = {float(x[place]): place for place in places}
+            within = slice(places.start, places.stop)
 
-            def select(shape: float, by_shape: dict[float, int] = by_shape) -> _Form:
-                return _Form(("share",), (1,), shape, np.eye(law.count)[:, [by_shape[shape]]], np.ones(1))
+            def select(shape: float, within: slice = within) -> _Form:
+                """Return what is between two memories of the law as their mean with weights."""
+                column = np.zeros((law.count, 1))
+                column[within] = hats(np.array([[shape]]), x[within])[0]
+                return _Form(("share",), (1,), shape, column, np.ones(1))
 
-            yield _Family(name, shape_name, np.array(list(by_shape)), select, continuous=False)
+            yield _Family(name, shape_name, x[within], select, continuous=True)
         return
     span, flat = float(np.ptp(x)), flat_forms(len(x))[:, :known_up_to]
     for kind in kinds if span > 0 else [each for each in kinds if not each.shape and each.degrees == (0,)]:
@@ -219,6 +228,41 @@ def _fit_form(fit: Fit, pair: Pair, form: _Form, reach: float) -> Fit:
     near = form.columns @ np.linalg.lstsq(form.columns, fit.state.laws[pair], rcond=None)[0]
     state = replace(fit.state, laws={**fit.state.laws, pair: near})
     return fit.beside({}, {pair: Prior(reach, form=form.columns)}, state)
+
+
+def _fit_memory(fit: Fit, pair: Pair, weighed: _Weighed, family: _Family, reach: float) -> tuple[Fit, _Family]:
+    """Return the fit with one memory in the place of a law, and its kind about that.
+
+    A law has memories at some shapes. The nearest one takes the best shape, and the best one is found anew about it, as
+    long as that gains: a clock and a lag hardly differ, so that the way may be long.
+    """
+    best: Fit | None = None
+    for _ in range(_SHARPENED):
+        law, column = fit.laws[pair], weighed.form.columns[:, 0]
+        knots = law.variable.knots.copy()
+        knots[np.argmax(column)] = weighed.form.shape
+        sharp = replace(law, variables={name: replace(each, knots=knots) for name, each in law.variables.items()})
+        families = _list_families(sharp, 0, ())
+        about = next(each for each in families if each.kind == family.kind)
+        form = about.form(weighed.form.shape)
+        assert form is not None
+        state = replace(fit.state, laws={**fit.state.laws, pair: form.columns @ weighed.values})
+        fit = fit.beside({pair: sharp}, {pair: Prior(reach, form=form.columns)}, state)
+        if best is not None and fit.evidence < best.evidence + SETTLED:
+            break
+        best, family = fit, about
+        weighed = _weigh_all(fit, pair, family, reach)[0]
+    assert best is not None
+    return best, family
+
+
+def _find_lateness(fit: Fit, pair: Pair) -> Coefficient:
+    """Return by how much a sensor reads late beside its lag: its clock and the lag hardly differ, and take turns."""
+    signal, part = pair[0].removesuffix(SENSOR), next(iter(fit.laws[pair].variables))
+    names = [term.name for term in (*fit.recorded.random, *fit.recorded.shared)]
+    place = names.index(f"clock of {signal} in {part}")
+    value, error = float(fit.fitted.coefficients[place]), float(np.sqrt(fit.fitted.covariance[place, place]))
+    return Coefficient("late besides", value, value - DEVIATIONS * error, value + DEVIATIONS * error, "samples")
 
 
 def _unit_of(law: Candidate, degree: int) -> str:

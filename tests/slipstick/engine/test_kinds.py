@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lsim
 
+from slipstick.engine.kinds import find_kind
 from slipstick.engine.preparation import prepare
 from slipstick.engine.selection import identify
 from slipstick.engine.study import MachineStudy, study
@@ -47,6 +49,26 @@ def test_parameters_beside_the_equation_of_a_law_belong_to_it_where_the_law_may_
     assert abs(gain.mean - GAIN) < 2.5 * gain.error
     measured, = studied.parameters
     assert abs(measured.mean - GAIN) > 4 * measured.error  # beside the measured law, which leaves its line to it
+
+
+def test_a_lag_of_a_sensor_has_any_time_and_is_stated_with_the_clock() -> None:
+    rng, time, fine = np.random.default_rng(5), 4.3 * (TIME[1] - TIME[0]), 20
+    corners, values = np.tile(np.linspace(0, 1, 12), (RUNS, 1)), rng.uniform(-4.5, 4.5, (RUNS, 12))
+    current = Profile(corners, values)
+    instants = np.linspace(0, 1, fine * (len(TIME) - 1) + 1)
+    torque = np.stack([
+        lsim(([GAIN], [time, 1.0]), each - each[0], instants)[1] + GAIN * each[0] for each in current.at(instants)])
+    runs = Runs(TIME, {"torque": torque[:, ::fine] + NOISE * rng.standard_normal((RUNS, len(TIME)))},
+                {"current": current}, order=np.arange(float(RUNS)))
+    fitted, = identify(prepare(declare(), runs)).fits
+    kind = find_kind(fitted, ("torque sensor", "lag"))
+    assert kind is not None
+    assert kind.name == "first-order lag"
+    share, lag, late = kind.coefficients
+    for each, true in ((share, 1.0), (lag, 4.3), (late, 0.0)):
+        assert each.lower < true < each.upper
+    assert lag.upper - lag.lower < 0.5
+    assert (lag.unit, late.unit) == ("samples", "samples")
 
 
 def test_other_laws_of_a_quantity_contain_the_offset_that_is_named_and_are_not_compared_with_it() -> None:
