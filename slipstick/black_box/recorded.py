@@ -9,11 +9,13 @@ from slipstick.black_box.declared import Declared, name_of, profile_column
 from slipstick.black_box.measurements import Measurements
 from slipstick.black_box.reader import BlackBox
 from slipstick.errors import BadRecording, InvalidValue
-from slipstick.machine import Command, Machine, Output, Runs, evaluate_output, require_runs, select_profiles
+from slipstick.machine import Command, Machine, Output, Parameter, Runs, evaluate_output, require_runs, select_profiles
 
 FARTHEST = 0.05
 """Largest root mean square of the difference between a recorded command and its profile, as a share of the range."""
 _MOST_LISTED = 10
+_WIDE = 3.0
+"""Standard deviations by which a first sample may be off."""
 
 
 def measure_runs(runs: Runs, file: BlackBox) -> Measurements:
@@ -21,7 +23,8 @@ def measure_runs(runs: Runs, file: BlackBox) -> Measurements:
 
     The profile of a run is that of the machine nearest to its command. Runs without an output are left out, which the
     description of the measurements says. Raises `InvalidValue` for a machine that is not declared, and `BadRecording`
-    for runs of another machine, for a run that follows no profile, and where no run has an output.
+    for runs of another machine, for a run that follows no profile or begins elsewhere than the experiments, and where
+    no run has an output.
     """
     if not isinstance(file.simulator, Declared):
         raise InvalidValue(f"'{file.description.title}' is no declared machine, whose output runs would have",
@@ -30,6 +33,9 @@ def measure_runs(runs: Runs, file: BlackBox) -> Measurements:
     require_runs(machine, runs)
     if output.above is None and output.below is None:
         _require_duration(machine, output, runs)
+    for parameter in machine.parameters:
+        if parameter.first_of is not None and parameter.first_of in runs.signals and parameter.value is not None:
+            _require_begin(parameter, parameter.value, runs.signals[parameter.first_of], machine)
     columns: Mapping[str, np.ndarray] = {
         **{profile_column(each.name): _find_profiles(each, runs) for each in machine.commands},
         **{name_of(name): values for name, values in runs.conditions.items()}}
@@ -62,6 +68,19 @@ def _find_profiles(command: Command, runs: Runs) -> np.ndarray:
             f"{nearest[run]}, the nearest, by {distances[run, nearest[run]]:.3g} {command.unit} RMS",
             f"Declare the profile, or leave out the run; {FARTHEST:.0%} of the range of a profile are allowed")
     return np.asarray(nearest, float)
+
+
+def _require_begin(parameter: Parameter, value: float, signal: np.ndarray, machine: Machine) -> None:
+    """Refuse runs that begin with another value than the experiments, beyond what first samples scatter by."""
+    spread = _WIDE * parameter.scatter * (parameter.scale or abs(value))
+    far = np.abs(signal[:, 0] - value) > FARTHEST * np.ptp(signal, axis=1) + spread
+    if far.any():
+        run, unit = int(np.argmax(far)), parameter.unit
+        raise BadRecording(
+            f"Run {run} begins with a {parameter.first_of} of {signal[run, 0]:.4g} {unit}, and the experiments of the "
+            f"machine '{machine.name}' with {value:g} {unit}, the value of '{parameter.name}'",
+            f"Leave out the run, give '{parameter.name}' this value, or declare it as a condition with levels; "
+            f"{FARTHEST:.0%} of the range of the signal are allowed beside its scatter")
 
 
 def _require_duration(machine: Machine, output: Output, runs: Runs) -> None:

@@ -195,6 +195,16 @@ def test_recorded_runs_are_measurements(lag: Path) -> None:
     assert measure_runs(shifted, file).conditions.digest == measured.conditions.digest
 
 
+def test_runs_that_begin_elsewhere_than_the_experiments_are_refused() -> None:
+    machine, file = open_machine("two_tanks"), BlackBox.open("two_tanks")
+    runs = simulation.simulate_runs(machine, list_experiments(machine), seed=1)
+    assert len(measure_runs(runs, file))
+    higher = runs.signals["level 2"].copy()
+    higher[3] += 0.1
+    with pytest.raises(BadRecording, match=r"Run 3 begins with a level 2 of 0.15\d* m, and .* with 0.05 m"):
+        measure_runs(replace(runs, signals={**runs.signals, "level 2": higher}), file)
+
+
 def test_runs_of_something_else_are_refused(lag: Path) -> None:
     machine, file = open_machine(lag), BlackBox.open(lag)
     runs = simulation.simulate_runs(machine, list_experiments(machine))
