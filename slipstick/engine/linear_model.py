@@ -93,6 +93,14 @@ class Fitted:
         return _integrated(self.gram.products[:, :q, :q], self.variance)[0]
 
     @property
+    def held(self) -> np.ndarray:
+        """Whether coefficients (c - 1,) are held at the end of their reach, by a precision that no data have."""
+        with np.errstate(divide="ignore"):
+            reach = REACH / np.sqrt(self.gram.precision)
+        return np.asarray((self.gram.precision > 1)
+                          & (np.abs(self.coefficients - self.gram.target) > reach * (1 - _BEYOND)))
+
+    @property
     def squares(self) -> np.ndarray:
         """Sum of squared whitened residuals (n,) after the random effects of each run."""
         q = self.gram.random

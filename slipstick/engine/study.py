@@ -82,7 +82,8 @@ class ParameterEstimate:
     """The mean over the runs of a parameter, its standard error, its scatter between runs, and its `nominal` value.
 
     All are in its unit. It is `known` where the recordings have told more than what was known before, and `beyond`
-    where the mean is outside of three standard deviations of that, or the scatter above the declared one.
+    where the mean is outside of three standard deviations of that, or the scatter above the declared one. A mean that
+    recordings ask to be further away is held there, and has the error of what was known before.
     """
 
     name: str
@@ -212,8 +213,10 @@ def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:
         if declared is None:
             continue
         nominal = next(part.parameters[term.place] for part in recorded.parts if term.place in part.parameters).mean()
-        mean, error = fit.fitted.coefficients[place], np.sqrt(fit.fitted.covariance[place, place])
-        is_beyond = abs(mean - term.target) > 3 * declared.within or scatter[place] > declared.scatter > 0
+        mean, is_held = fit.fitted.coefficients[place], fit.fitted.held[place]
+        error = term.std if is_held else np.sqrt(fit.fitted.covariance[place, place])
+        is_beyond = (is_held or abs(mean - term.target) > 3 * declared.within
+                     or scatter[place] > declared.scatter > 0)
         estimated = float(nominal * np.exp(mean) if term.is_factor else nominal + term.size * mean)
         size = abs(estimated) if term.is_factor else term.size
         estimates.append(ParameterEstimate(term.name, estimated, float(size * error), float(size * scatter[place]),

@@ -9,7 +9,7 @@ from scipy.signal import lsim
 from slipstick.engine.kinds import find_kind
 from slipstick.engine.preparation import prepare
 from slipstick.engine.selection import identify
-from slipstick.engine.study import MachineStudy, study
+from slipstick.engine.study import MachineStudy, estimate_parameters, fit_parameters, study
 from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Runs, Sensor
 
 RUNS, TIME, NOISE = 24, np.linspace(0, 1, 201), 2e-3
@@ -77,6 +77,16 @@ def test_other_laws_of_a_quantity_contain_the_offset_that_is_named_and_are_not_c
     finding, = identify(prepare(declare(), off)).findings
     assert finding.pair == ("torque sensor", "offset")
     assert {lead.pair[0] for lead in finding.leads} == {"loss"}
+
+
+def test_a_parameter_that_is_held_at_the_end_of_what_is_declared_has_no_interval_of_the_recordings() -> None:
+    runs = record(1, drag=0.0)
+    stronger = replace(runs, signals={"torque": 1.6 * runs.signals["torque"]})
+    gain, = estimate_parameters(fit_parameters(declare(), stronger))
+    assert gain.mean < 0.6 < 1.6 * GAIN
+    assert gain.beyond
+    assert not gain.known
+    assert gain.error > 0.04 * gain.mean
 
 
 def test_a_control_is_of_another_dependence_where_finding_and_rivals_are_of_all_quantities(
