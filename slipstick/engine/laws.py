@@ -88,7 +88,9 @@ def _list_of(recorded: Recorded, quantity: Quantity, own: dict[str, dict[str, np
     def may(name: str) -> bool:
         return name not in quantity.without and (quantity.over is None or name in quantity.over)
 
-    size = quantity.size if signal is None else float(np.abs(recorded.signals[signal]).max())
+    # What the model explains as the same value at all times is none of the signals on which laws depend.
+    size = quantity.size if signal is None else float(
+        np.abs(recorded.signals.get(signal, recorded.runs.signals[signal])).max())
     listed = [_over(recorded, quantity, size, name, parts, own) for name in names if may(name)]
     known = [each for each in listed if each is not None]
     constant = Variable(CONSTANT, "", "between", np.zeros(1), np.zeros(len(recorded)))
@@ -99,6 +101,8 @@ def _list_of(recorded: Recorded, quantity: Quantity, own: dict[str, dict[str, np
                                if name in recorded.signals and recorded.signals[name].ndim == 2)
         pasts = [_past(recorded, quantity, size, name, parts) for name in inputs if may(PAST + name)]
         return [*known, *(each for each in pasts if each is not None)]
+    if signal not in recorded.signals:
+        return known
     known = [each if each.pair[1] != signal else replace(each, pair=(quantity.name, GAIN)) for each in known]
     span = float(np.ptp(recorded.signals[signal]))
     own_signal = {part.name: lags(signal, None if signal in part.signals else recorded.fine(signal, part), part.fine,

@@ -89,6 +89,17 @@ def test_a_parameter_that_is_held_at_the_end_of_what_is_declared_has_no_interval
     assert gain.error > 0.04 * gain.mean
 
 
+def test_nothing_is_named_of_a_machine_that_rests_in_all_runs() -> None:
+    drive = Block("drive", gives="current", reads=("set point",), states=("current",),
+                  parameters=(Parameter("lag", "s", value=0.05, scatter=0.0, within=0.2),),
+                  quantities=(Quantity("gain", relative=True),))
+    drive.rate(lambda x, u, q, p: (u.set_point * (1 + q.gain) - x.current) / p.lag)
+    machine = Machine("drive", (drive,), (Sensor("current", "A"),), commands=(Command("set point", "A"),))
+    noise = NOISE * np.random.default_rng(1).standard_normal((RUNS, len(TIME)))
+    still = Profile(np.tile([0.0, 1.0], (RUNS, 1)), np.zeros((RUNS, 2)))
+    assert not identify(prepare(machine, Runs(TIME, {"current": noise}, {"set point": still}))).findings
+
+
 def test_a_control_is_of_another_dependence_where_finding_and_rivals_are_of_all_quantities(
         studied: MachineStudy) -> None:
     finding, = studied.findings
