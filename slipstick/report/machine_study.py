@@ -336,7 +336,7 @@ def _describe(finding: MachineFinding) -> list[Part]:
         entries.append(("Rivals:", f"{listed([_describe_rival(rival) for rival in finding.rivals])}. The recordings do "
                         "not tell these apart from it."))
     elif finding.next_best is not None:
-        entries.append(("Rivals:", "no other pair of quantity and dependence is close. The next best is "
+        entries.append(("Rivals:", "no other pair that was fitted in full is close. The next best is "
                         f"{_describe_rival(finding.next_best)}."))
     if finding.kind is None:
         entries.append(("Kind:", "none of the known ones explains the law as well as it was measured."))

@@ -207,7 +207,7 @@ def test_the_report_compares_a_finding_with_the_next_best(studied: MachineStudy)
     assert finding.nats > finding.next_best.nats
     assert finding.next_best.behind > 2.5  # standard errors: or it would be a rival
     text, _ = tell(find_section(studied.result, "Finding: cooling that depends on the temperature (proportional)"))
-    assert text["Rivals:"].startswith("no other pair of quantity and dependence is close. The next best is ")
+    assert text["Rivals:"].startswith("no other pair that was fitted in full is close. The next best is ")
     assert f"({finding.next_best.nats:.4g} nats, behind by " in text["Rivals:"]
     tie = replace(finding, rivals=[replace(finding.next_best, depends_on="temperature", quantity="lost heat")])
     text, _ = tell(advise(replace(studied.result, findings=[tie])))
