@@ -120,11 +120,23 @@ def fit_simulation(traces: Traces, terms: Terms, points: np.ndarray, shared: np.
 
     Standard deviations of the parameters between engagements are at most `widest` (q,).
     """
-    rough, block = SimulatedBench(traces, terms, widest, ROUGH), SimulatedBench(traces, terms, widest)
+    return _continued(_fit_roughly(traces, terms, points, shared, widest), traces, terms)
+
+
+def _fit_roughly(traces: Traces, terms: Terms, points: np.ndarray, shared: np.ndarray | None = None,
+                 widest: np.ndarray | None = None) -> SimulationFit:
+    """The same by long steps of differences, which lead over kinks but do not end at the largest likelihood."""
+    block = SimulatedBench(traces, terms, widest, ROUGH)
     if shared is None:
         points, shared = search_start(block, points)
-    near = fit_curved(rough, points=points, shared=shared, iterations=_ITERATIONS)
-    return SimulationFit(block, fit_curved(block, start=near, shared=near.shared, iterations=_ITERATIONS))
+    return SimulationFit(block, fit_curved(block, points=points, shared=shared, iterations=_ITERATIONS))
+
+
+def _continued(fit: SimulationFit, traces: Traces, terms: Terms) -> SimulationFit:
+    """The fit with `terms` from where another one has ended; the coefficients that it does not have begin neutral."""
+    block = SimulatedBench(traces, terms, fit.block.widest)
+    shared = shared_of(fit.block, fit.fitted.shared, terms)
+    return SimulationFit(block, fit_curved(block, start=fit.fitted, shared=shared, iterations=_ITERATIONS))
 
 
 def fit_extended(nested: SimulationFit, terms: Terms, points: np.ndarray) -> SimulationFit:
@@ -133,8 +145,9 @@ def fit_extended(nested: SimulationFit, terms: Terms, points: np.ndarray) -> Sim
     They hold the constant up to which a law is known: the mean of the parameters gives it back.
     """
     traces, widest = nested.block.traces, nested.block.widest
-    taken = About(nested.block, nested.fitted).taken(terms).mean(axis=0)
-    return fit_simulation(traces, terms, *search_start(SimulatedBench(traces, terms, widest), points, taken), widest)
+    about = About(SimulatedBench(traces, nested.block.terms, widest), nested.fitted)
+    block = SimulatedBench(traces, terms, widest)
+    return fit_simulation(traces, terms, *search_start(block, points, about.taken(terms).mean(axis=0)), widest)
 
 
 def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
@@ -150,18 +163,17 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
         return after if is_enough(after.evidence - nested.evidence) else refit_above(after, nested)
 
     bare = replace(terms, effects=(), laws=())
-    whole = first = fit_simulation(traces, bare, points)
+    whole = first = _fit_roughly(traces, bare, points)
     if terms.names:
         whole = refit_unless_enough(fit_extended(first, terms, points), first)
     traces = traces.with_noise(traces.mean_squares(traces.measured - whole.fitted.predicted))
-    before = now = fit_simulation(traces, bare, first.fitted.points)
+    before = now = _continued(first, traces, bare)
     left = list(terms.names)
     while left:
         tried = {}
         for name in left:
             more = terms.only((*now.block.terms.names, name))
-            begun = fit_simulation(traces, more, whole.fitted.points, shared_of(whole.block, whole.fitted.shared, more))
-            tried[name] = refit_unless_enough(begun, now)
+            tried[name] = refit_unless_enough(_continued(whole, traces, more), now)
         enough = [name for name in left if is_enough(tried[name].evidence - now.evidence)]
         if not enough:
             break
@@ -190,10 +202,7 @@ def refit_above(after: SimulationFit, before: SimulationFit) -> SimulationFit:
 
     Raises `AssertionError` if both are below `before`.
     """
-    terms, begun = after.block.terms, before.fitted
-    block = SimulatedBench(before.block.traces, terms, after.block.widest)
-    neutral = shared_of(before.block, begun.shared, block.terms)
-    again = SimulationFit(block, fit_curved(block, start=begun, shared=neutral, iterations=_ITERATIONS))
+    again = _continued(before, before.block.traces, after.block.terms)
     highest = best([after, again])
     if highest.evidence.sum() < before.evidence.sum() - _ROUNDING:
         raise AssertionError("A fit with more terms is below the fit without them, which is nested in it")

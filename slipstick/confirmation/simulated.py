@@ -31,7 +31,8 @@ RANDOM: Mapping[str, tuple[float, float]] = {
 """Parameter or condition -> standard deviations, relative to nominal: of the prior of its mean, and of its scatter at
 most. They are those of the blocks."""
 ROUGH, FINE = 1e-3, 3e-5
-"""Steps of central differences, relative ones of parameters, and those of coefficients over their spans.
+"""Steps of differences, relative ones of parameters, and those of coefficients over their spans; fine ones are taken to
+both sides.
 
 Near lock-up, signals have kinks in the parameters, and are measured to a thousandth of what these change. By rough
 steps, a change of a parameter and that of an effect which does the same differ by per cents there, which looks like
@@ -62,10 +63,12 @@ class SimulatedBench:
     def __init__(self, traces: Traces, terms: Terms, widest: np.ndarray | None = None, step: float = FINE) -> None:
         """`widest` (q,) are the largest standard deviations of the parameters, those of `RANDOM` by default.
 
-        `step` is that of differences, `ROUGH` or `FINE`. Fits with rough ones do not follow curves: far from where
-        they end, engagements would be explained by their own parameters before it is known how these scatter.
+        `step` is that of differences, `ROUGH` or `FINE`.
         """
-        self.step, self.follows_chords = step, step == FINE
+        self.step, self.is_fine = step, step == FINE
+        # Far from where a fit ends, engagements would be explained by their own parameters, before it is known how
+        # these scatter.
+        self.follows_chords = self.is_fine
         self.traces, self.terms, self.scene = traces, terms, traces.scene
         self.measured, self.counted = traces.measured, traces.counted
         self.fixed: tuple[str, ...] = (*(f"{unknown.term}: {unknown.name}" for unknown in terms.unknowns),
@@ -141,9 +144,10 @@ class SimulatedBench:
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Derivatives (n, q, K) with respect to the parameters and (n, p + c, K) to what engagements share."""
         steps = self.step * np.eye(len(self.random))[:, None]
-        ahead, behind = (self.rows_at(points + change, self.shared) for change in (steps, -steps))
-        own = ((ahead - behind) / (2 * self.step)).transpose(1, 0, 2)
-        return own, self.shared_columns(points, laws, predicted)
+        ahead = self.rows_at(points + steps, self.shared)
+        behind = self.rows_at(points - steps, self.shared) if self.is_fine else predicted
+        own = (ahead - behind) / (self.step * (1 + self.is_fine))
+        return own.transpose(1, 0, 2), self.shared_columns(points, laws, predicted)
 
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Derivatives (n, p + c, K) with respect to the coefficients, inwards at a bound, and to the clocks."""
