@@ -79,8 +79,9 @@ def test_a_term_whose_gain_is_not_enough_does_not_keep_others_out(monkeypatch: p
                                fitted=SimpleNamespace(points=None, shared=None, predicted=0.0))
 
     monkeypatch.setattr(fit, "fit_simulation", fitted)
+    monkeypatch.setattr(fit, "_fit_roughly", fitted)
+    monkeypatch.setattr(fit, "_continued", lambda _, traces, terms: fitted(traces, terms))
     monkeypatch.setattr(fit, "fit_extended", lambda _, terms, points: fitted(None, terms, points))
-    monkeypatch.setattr(fit, "shared_of", lambda *_: None)
     monkeypatch.setattr(fit, "refit_above", lambda after, _: after)
     traces: Any = SimpleNamespace(measured=0.0, mean_squares=lambda _: {}, with_noise=lambda _: None)
     terms = Terms(HEAVY, (*few, *most))
