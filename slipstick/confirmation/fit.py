@@ -165,7 +165,9 @@ def confirmed(traces: Traces, terms: Terms, points: np.ndarray,
     bare = replace(terms, effects=(), laws=())
     whole = first = _fit_roughly(traces, bare, points)
     if terms.names:
-        whole = refit_unless_enough(fit_extended(first, terms, points), first)
+        whole = fit_extended(first, terms, points)
+        if not is_enough(whole.evidence - first.evidence):
+            whole = best([whole, _continued(first, traces, terms)])
     traces = traces.with_noise(traces.mean_squares(traces.measured - whole.fitted.predicted))
     before = now = _continued(first, traces, bare)
     left = list(terms.names)

@@ -178,8 +178,7 @@ def _fits(settings: StudySettings, traces: Traces, terms: Terms, laws: Mapping[s
     """The fits without and with `terms`, the latter also with measured `laws`, and those without its terms and scatter.
 
     The last ones are nested in the fit with the laws. If one of them is above it, that fit has ended in a local
-    maximum, and all of them begin again there. If that does not end, the simulation does not ask for the terms. The fit
-    with the terms, whose standard errors are stated, is polished.
+    maximum, and all of them begin again there. If that does not end, the simulation does not ask for the terms.
     """
     def is_sufficient(gain: np.ndarray) -> bool:
         return is_enough(gain, settings.naming)
