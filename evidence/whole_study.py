@@ -5,7 +5,7 @@
 Of every four cases, two have one known effect, one has an unknown effect, and one has none. A finding is *confirmed* if
 the simulation supports it. A gap is *closed* if the study says that at least 80 % of it are. The control is the best
 effect on another quantity. The rates are those of studies whose findings are right and complete. Finished studies are
-kept in var/evidence/whole_study.jsonl.
+kept in var/evidence/whole_study-*.jsonl, of each version.
 """
 
 import argparse
@@ -121,7 +121,7 @@ def main() -> None:
     arguments = parser.parse_args()
     wanted = [(SUITES[number % len(SUITES)], arguments.seed + number) for number in range(arguments.cases)]
     done = dict[Job, WholeStudy]()
-    for case, result in run_jobs(study_as_json, wanted, WORK / "whole_study.jsonl", open_processes):
+    for case, result in run_jobs(study_as_json, wanted, WORK / f"whole_study-{name_commit()}.jsonl", open_processes):
         done[case] = read_study(result)
         print(done[case], flush=True)
     rates = rate([done[case] for case in wanted])

@@ -15,7 +15,7 @@ from evidence import calibration_coverage
 from evidence.calibration_coverage import calibrations, coefficients, fits
 from evidence.calibration_coverage.table import replace_rows
 from evidence.kept import Job, Result, open_processes, read_count, run_jobs
-from evidence.runner import WORK
+from evidence.runner import WORK, name_commit
 
 KINDS: dict[str, ModuleType] = {"calibrations": calibrations, "fits": fits, "coefficients": coefficients}
 
@@ -32,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         module = KINDS[kind]
         sets = chosen.sets or module.SETS
         jobs, results = module.list_jobs(sets), dict[Job, Result]()
-        for job, result in run_jobs(module.run_job, jobs, WORK / f"coverage-{kind}.jsonl",
+        for job, result in run_jobs(module.run_job, jobs, WORK / f"coverage-{kind}-{name_commit()}.jsonl",
                                     partial(open_processes, get_context("spawn"))):
             results[job] = result
             print(f"{len(results)}/{len(jobs)} {job}", flush=True)
