@@ -155,10 +155,7 @@ class _Search:
             self.closed |= set(groups)
             return True
         best = self._choose(passing)
-        # Any law of a quantity contains the constant of that, and is no other explanation where that is named.
-        constant = best.finding.pair[0] if best.finding.pair[1] == CONSTANT else None
-        leads = tuple(_lead(best, trial) for trial in trials
-                      if trial is not best and trial.finding.pair[0] != constant)
+        leads = tuple(_lead(best, trial) for trial in trials if trial is not best)
         self.findings.append(replace(best.finding, leads=leads, rivals=tuple(
             each.pair for each in leads if each.nats > self.settings.nats and each.errors < self.settings.apart)))
         self._say(f"Named {' over '.join(best.finding.pair)}, which gains {best.finding.nats:.1f} nats by "

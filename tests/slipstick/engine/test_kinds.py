@@ -71,14 +71,6 @@ def test_a_lag_of_a_sensor_has_any_time_and_is_stated_with_the_clock() -> None:
     assert (lag.unit, late.unit) == ("samples", "samples")
 
 
-def test_other_laws_of_a_quantity_contain_the_offset_that_is_named_and_are_not_compared_with_it() -> None:
-    runs = record(1, drag=0.0)
-    off = replace(runs, signals={"torque": runs.signals["torque"] - 0.02})
-    finding, = identify(prepare(declare(), off)).findings
-    assert finding.pair == ("torque sensor", "offset")
-    assert {lead.pair[0] for lead in finding.leads} == {"loss"}
-
-
 def test_a_parameter_that_is_held_at_the_end_of_what_is_declared_has_no_interval_of_the_recordings() -> None:
     runs = record(1, drag=0.0)
     stronger = replace(runs, signals={"torque": 1.6 * runs.signals["torque"]})
