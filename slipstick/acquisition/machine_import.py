@@ -111,7 +111,8 @@ def _list_excerpts(source: Source, mapping: MachineMap, numbers: Numbers) -> Ite
     if not isinstance(mapping.start, float):
         marked = track(source, mapping.start.source, mapping.time, None)
         marks = instants(mapping.start, marked.time, marked.values)
-    clock = (slowest := slowest_of(tracks).time)[slowest >= begin]  # another signal may begin later than the slowest
+    clock = slowest_of(tracks).time
+    clock = clock[clock >= begin]  # another signal may begin later than the slowest
     for place, (start, stop) in enumerate(spans):
         label = source.name if mapping.cut is None else f"{source.name}, run {place}"
         if marks is None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from slipstick.confirmation.simulated import RANDOM, ROUGH, SimulatedBench
+from slipstick.confirmation.simulated import RANDOM, SimulatedBench
 from slipstick.confirmation.starts import About, search_start, shared_of
 from slipstick.confirmation.terms import Terms
 from slipstick.confirmation.traces import TIME, Traces
@@ -126,7 +126,7 @@ def fit_simulation(traces: Traces, terms: Terms, points: np.ndarray, shared: np.
 def _fit_roughly(traces: Traces, terms: Terms, points: np.ndarray, shared: np.ndarray | None = None,
                  widest: np.ndarray | None = None) -> SimulationFit:
     """The same by long steps of differences, which lead over kinks but do not end at the largest likelihood."""
-    block = SimulatedBench(traces, terms, widest, ROUGH)
+    block = SimulatedBench(traces, terms, widest, rough=True)
     if shared is None:
         points, shared = search_start(block, points)
     return SimulationFit(block, fit_curved(block, points=points, shared=shared, iterations=_ITERATIONS))
@@ -135,7 +135,7 @@ def _fit_roughly(traces: Traces, terms: Terms, points: np.ndarray, shared: np.nd
 def _continued(fit: SimulationFit, traces: Traces, terms: Terms) -> SimulationFit:
     """The fit with `terms` from where another one has ended; the coefficients that it does not have begin neutral."""
     block = SimulatedBench(traces, terms, fit.block.widest)
-    shared = shared_of(fit.block, fit.fitted.shared, terms)
+    shared = shared_of(fit.block, fit.fitted.shared, block)
     return SimulationFit(block, fit_curved(block, start=fit.fitted, shared=shared, iterations=_ITERATIONS))
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from slipstick.clutch.laws import MOST_LAWS, MeasuredLaw
 from slipstick.confirmation.fit import SimulationFit, best, fit_extended, fit_simulation
+from slipstick.confirmation.simulated import SimulatedBench
 from slipstick.confirmation.starts import shared_of
 from slipstick.naming.selection import priced
 
@@ -33,7 +34,7 @@ def with_measured_laws(formulas: SimulationFit, before: SimulationFit, laws: Map
             break
         others = tuple(name for name in terms.effects if name != effect)
         swapped = replace(terms, effects=others, laws=(*terms.laws, law))
-        shared = shared_of(now.block, now.fitted.shared, swapped)
+        shared = shared_of(now.block, now.fitted.shared, SimulatedBench(now.block.traces, swapped))
         factor = swapped.unknowns[-1]
         shared[len(swapped.unknowns) - 1] = (factor.typical - factor.neutral) / factor.span
         with_law = fit_simulation(now.block.traces, swapped, points, shared)

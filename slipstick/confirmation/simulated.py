@@ -30,7 +30,7 @@ RANDOM: Mapping[str, tuple[float, float]] = {
     **dict.fromkeys(CONDITIONS, (CONDITIONS_WITHIN, 0.05))}
 """Parameter or condition -> standard deviations, relative to nominal: of the prior of its mean, and of its scatter at
 most. They are those of the blocks."""
-ROUGH, FINE = 1e-3, 3e-5
+_ROUGH, _FINE = 1e-3, 3e-5
 """Steps of differences, relative ones of parameters, and those of coefficients over their spans; fine ones are taken to
 both sides.
 
@@ -60,15 +60,15 @@ class SimulatedBench:
     finer: Mapping[Pair, int] = {}
     random: tuple[str, ...] = tuple(RANDOM)
 
-    def __init__(self, traces: Traces, terms: Terms, widest: np.ndarray | None = None, step: float = FINE) -> None:
+    def __init__(self, traces: Traces, terms: Terms, widest: np.ndarray | None = None, rough: bool = False) -> None:
         """`widest` (q,) are the largest standard deviations of the parameters, those of `RANDOM` by default.
 
-        `step` is that of differences, `ROUGH` or `FINE`.
+        A `rough` one takes differences by long steps.
         """
-        self.step, self.is_fine = step, step == FINE
+        self.rough, self.step = rough, _ROUGH if rough else _FINE
         # Far from where a fit ends, engagements would be explained by their own parameters, before it is known how
         # these scatter.
-        self.follows_chords = self.is_fine
+        self.follows_chords = not rough
         self.traces, self.terms, self.scene = traces, terms, traces.scene
         self.measured, self.counted = traces.measured, traces.counted
         self.fixed: tuple[str, ...] = (*(f"{unknown.term}: {unknown.name}" for unknown in terms.unknowns),
@@ -108,11 +108,8 @@ class SimulatedBench:
         return np.asarray(self.rows_at(points[None], self.shared)[0])
 
     def part(self, points: np.ndarray, shared: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
-        """The rows (n, K) of the engagements `rows` (n,) alone, and 0 of the others."""
-        block = SimulatedBench(self.traces.of_engagements(rows), self.terms, self.widest)
-        predicted = np.zeros_like(self.measured)
-        predicted[rows] = block.rows_at(points[None, rows], shared)[0]
-        return predicted
+        """The rows (n, K) of the engagements `rows` (n,), and 0 of the others."""
+        return np.where(rows[:, None], self.rows_at(points[None], shared)[0], 0.0)
 
     def rows_at(self, points: np.ndarray, shared: np.ndarray) -> np.ndarray:
         """The rows (s, n, K) at s sets of `points` (s, n, q) relative to nominal."""
@@ -145,8 +142,8 @@ class SimulatedBench:
         """Derivatives (n, q, K) with respect to the parameters and (n, p + c, K) to what engagements share."""
         steps = self.step * np.eye(len(self.random))[:, None]
         ahead = self.rows_at(points + steps, self.shared)
-        behind = self.rows_at(points - steps, self.shared) if self.is_fine else predicted
-        own = (ahead - behind) / (self.step * (1 + self.is_fine))
+        own = (ahead - predicted) / self.step if self.rough else \
+            (ahead - self.rows_at(points - steps, self.shared)) / (2 * self.step)
         return own.transpose(1, 0, 2), self.shared_columns(points, laws, predicted)
 
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:

@@ -59,7 +59,7 @@ class About:
         By a small step: what a parameter has taken of an effect is not in a large one, which is not linear.
         """
         other = SimulatedBench(self.block.traces, terms, self.block.widest)
-        moved = shared_of(self.block, self.fitted.shared, terms) + _typical(other, term, _STEP)
+        moved = shared_of(self.block, self.fitted.shared, other) + _typical(other, term, _STEP)
         return np.asarray((other.rows_at(self.fitted.points[None], moved)[0] - self.fitted.predicted) / _STEP)
 
     def taken(self, terms: Terms) -> np.ndarray:
@@ -82,10 +82,10 @@ class About:
         return [term for term in terms.names if term not in self.block.terms.names]
 
 
-def shared_of(block: SimulatedBench, shared: np.ndarray, terms: Terms) -> np.ndarray:
-    """Shared values (p + c,) of `terms`: those of a `block` with `shared` values, and neutral coefficients."""
+def shared_of(block: SimulatedBench, shared: np.ndarray, other: SimulatedBench) -> np.ndarray:
+    """Shared values (p + c,) of the `other` block: those of a `block` with `shared` values, or neutral ones."""
     values = dict(zip(block.fixed, shared, strict=True))
-    return np.array([values.get(name, 0.0) for name in SimulatedBench(block.traces, terms).fixed])
+    return np.array([values.get(name, 0.0) for name in other.fixed])
 
 
 def _typical(block: SimulatedBench, term: str, multiple: float = 1.0) -> np.ndarray:

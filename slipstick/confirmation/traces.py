@@ -68,11 +68,6 @@ class Traces:
         return replace(blank, measured=blank.rows(signals, scene.recordings.measured_time),
                        counted=np.concatenate(counted, axis=1))
 
-    def of_engagements(self, rows: np.ndarray) -> "Traces":
-        """Those of some of the engagements, `rows` (n,), for simulations of these alone."""
-        return replace(self, measured=self.measured[rows], counted=self.counted[rows],
-                       conditions=self.conditions.take(np.flatnonzero(rows)))
-
     def simulated(self, response: Response, clocks: Sequence[float] | np.ndarray) -> np.ndarray:
         """The rows (m, K) of simulated engagements, of the n conditions again and again.
 

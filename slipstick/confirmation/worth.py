@@ -32,7 +32,7 @@ def worth(fit: SimulationFit, term: str) -> Worth:
     other = SimulatedBench(block.traces, rest)
     points = np.tile(fit.fitted.mean, (len(scene), 1))
     there = block.respond(points, fit.fitted.shared)
-    gone = other.respond(points, shared_of(block, fit.fitted.shared, rest))
+    gone = other.respond(points, shared_of(block, fit.fitted.shared, other))
     change = 1e3 * (there.shifting_time - gone.shifting_time)
     change = change[np.isfinite(change)] if np.isfinite(change).any() else np.zeros(1)
     squares = {name: np.nanmean((getattr(there, name) - getattr(gone, name)) ** 2) for name in block.traces.signals}

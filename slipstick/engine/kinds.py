@@ -17,7 +17,7 @@ from slipstick.engine.laws import Candidate
 from slipstick.engine.linear_model import estimate, restricted_likelihood
 from slipstick.engine.measured_law import DEVIATIONS
 from slipstick.engine.priors import Prior
-from slipstick.engine.recordings import Pair
+from slipstick.engine.recordings import Pair, clock_of
 from slipstick.errors import InvalidValue
 from slipstick.machine.declaration import SENSOR
 from slipstick.machine.kinds import MEMORIES, Kind
@@ -121,13 +121,12 @@ def find_kind(fit: Fit, pair: Pair) -> KindOfLaw | None:
 
 @dataclass(frozen=True, eq=False)
 class _Family:
-    """A kind over a law: its `shapes`, which may lie between these if it is `continuous`, and its form at a shape."""
+    """A kind over a law: its `shapes`, which may lie between these if the shape has a name, and its form at a shape."""
 
     kind: str
     shape_name: str
     shapes: np.ndarray
     form: Callable[[float], "_Form | None"]
-    continuous: bool
     formed: Kind | None = None
 
     @property
@@ -173,7 +172,7 @@ def _list_families(law: Candidate, known_up_to: int, kinds: Sequence[Kind]) -> I
                 column[within] = hats(np.array([[shape]]), x[within])[0]
                 return _Form(("share",), (1,), shape, column, np.ones(1))
 
-            yield _Family(name, shape_name, x[within], select, continuous=True)
+            yield _Family(name, shape_name, x[within], select)
         return
     span, flat = float(np.ptp(x)), flat_forms(len(x))[:, :known_up_to]
     for kind in kinds if span > 0 else [each for each in kinds if not each.shape and each.degrees == (0,)]:
@@ -191,8 +190,7 @@ def _list_families(law: Candidate, known_up_to: int, kinds: Sequence[Kind]) -> I
             names = tuple(kind.coefficients[place] for place in kept)
             return _Form(names, tuple(kind.degrees[place] for place in kept), shape, bent[:, kept], sizes[kept])
 
-        yield _Family(kind.name, kind.shape, kind.shapes(x) if kind.shape else np.zeros(1), bend, bool(kind.shape),
-                      kind)
+        yield _Family(kind.name, kind.shape, kind.shapes(x) if kind.shape else np.zeros(1), bend, kind)
 
 
 def _weigh_all(fit: Fit, pair: Pair, family: _Family, reach: float) -> list[_Weighed]:
@@ -205,7 +203,7 @@ def _weigh_all(fit: Fit, pair: Pair, family: _Family, reach: float) -> list[_Wei
             return []
         best = max(weighed, key=lambda each: each.nats)
         likely = [place for place, each in enumerate(weighed) if each.nats > best.nats - _UNLIKELY]
-        if not family.continuous or len(likely) > _COMPARED // 2:
+        if not family.shape_name or len(likely) > _COMPARED // 2:
             break
         low, high = max(likely[0] - 1, 0), min(likely[-1] + 1, len(weighed) - 1)
         shapes = np.linspace(forms[low].shape, forms[high].shape, _COMPARED)
@@ -258,9 +256,10 @@ def _fit_memory(fit: Fit, pair: Pair, weighed: _Weighed, family: _Family, reach:
 
 def _find_lateness(fit: Fit, pair: Pair) -> Coefficient:
     """Return by how much a sensor reads late beside its lag: its clock and the lag hardly differ, and take turns."""
-    signal, part = pair[0].removesuffix(SENSOR), next(iter(fit.laws[pair].variables))
-    names = [term.name for term in (*fit.recorded.random, *fit.recorded.shared)]
-    place = names.index(f"clock of {signal} in {part}")
+    first = next(iter(fit.laws[pair].variables))
+    part = next(each for each in fit.recorded.parts if each.name == first)
+    places = [term.place for term in (*fit.recorded.random, *fit.recorded.shared)]
+    place = places.index(clock_of(part, pair[0].removesuffix(SENSOR)))
     value, error = float(fit.fitted.coefficients[place]), float(np.sqrt(fit.fitted.covariance[place, place]))
     return Coefficient("late besides", value, value - DEVIATIONS * error, value + DEVIATIONS * error, "samples")
 

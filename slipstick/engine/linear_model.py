@@ -54,6 +54,11 @@ class Gram:
     def __len__(self) -> int:
         return len(self.products)
 
+    @property
+    def reach(self) -> np.ndarray:
+        """Largest differences (c - 1,) of coefficients from their targets; laws, whose priors are wide, have none."""
+        return np.where(self.precision > 1, REACH / np.sqrt(np.maximum(self.precision, 1)), np.inf)
+
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
@@ -95,10 +100,7 @@ class Fitted:
     @property
     def held(self) -> np.ndarray:
         """Whether coefficients (c - 1,) are held at the end of their reach, by a precision that no data have."""
-        with np.errstate(divide="ignore"):
-            reach = REACH / np.sqrt(self.gram.precision)
-        return np.asarray((self.gram.precision > 1)
-                          & (np.abs(self.coefficients - self.gram.target) > reach * (1 - _BEYOND)))
+        return np.asarray(np.abs(self.coefficients - self.gram.target) > self.gram.reach * (1 - _BEYOND))
 
     @property
     def squares(self) -> np.ndarray:
@@ -161,8 +163,7 @@ def solve(gram: Gram, marginal: np.ndarray) -> Solved:
     """
     products, pull = marginal[:-1, :-1], marginal[:-1, -1]
     precision, target = gram.precision, gram.target
-    # Laws, whose priors are wide, go as far as they are asked to.
-    reach = np.where(gram.precision > 1, REACH / np.sqrt(np.maximum(gram.precision, 1)), np.inf)
+    reach = gram.reach
     for _ in range(_HOLDINGS):
         information = products + np.diag(precision)
         scale = 1 / np.sqrt(np.diag(information))  # columns have units, and may differ by many orders of magnitude

@@ -207,15 +207,15 @@ def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:
     """Return the estimates of the parameters of a fit, in their units."""
     estimates, recorded = list[ParameterEstimate](), fit.recorded
     terms = (*recorded.random, *recorded.shared)
-    scatter = np.append(np.sqrt(fit.fitted.variance), np.zeros(len(recorded.shared)))
+    scatter, held = np.append(np.sqrt(fit.fitted.variance), np.zeros(len(recorded.shared))), fit.fitted.held
     for place, term in enumerate(terms):
         declared = {each.name: each for each in recorded.machine.parameters}.get(term.name)
         if declared is None:
             continue
         nominal = next(part.parameters[term.place] for part in recorded.parts if term.place in part.parameters).mean()
-        mean, is_held = fit.fitted.coefficients[place], fit.fitted.held[place]
-        error = term.std if is_held else np.sqrt(fit.fitted.covariance[place, place])
-        is_beyond = (is_held or abs(mean - term.target) > 3 * declared.within
+        mean = fit.fitted.coefficients[place]
+        error = term.std if held[place] else np.sqrt(fit.fitted.covariance[place, place])
+        is_beyond = (held[place] or abs(mean - term.target) > 3 * declared.within
                      or scatter[place] > declared.scatter > 0)
         estimated = float(nominal * np.exp(mean) if term.is_factor else nominal + term.size * mean)
         size = abs(estimated) if term.is_factor else term.size

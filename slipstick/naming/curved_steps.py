@@ -142,7 +142,7 @@ def _try_dampings(block: SearchedBlock, begun: Values, slope: np.ndarray, curvat
 
     def measure(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         values = replace(begun, points=points)
-        return points, squares_of(block, _predicted(block, values), noise) + scatter_of(values, variance)
+        return points, squares_of(block, _predict(block, values), noise) + scatter_of(values, variance)
 
     def tried(damping: float) -> tuple[np.ndarray, np.ndarray]:
         return measure(begun.points + within_bounds(begun.points, curvature * (1 + damping * np.eye(q)), slope))
@@ -164,7 +164,7 @@ def _follow_by_chords(block: SearchedBlock, begun: Values, curvature: np.ndarray
 
     def measure(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         values = replace(begun, points=points)
-        left = whitened((block.measured - _predicted(block, values))[:, None], block.counted, noise)
+        left = whitened((block.measured - _predict(block, values))[:, None], block.counted, noise)
         return left, (left**2).sum(axis=(1, 2)) + scatter_of(values, variance)
 
     points, (n, q) = begun.points, begun.points.shape
@@ -184,6 +184,6 @@ def _follow_by_chords(block: SearchedBlock, begun: Values, curvature: np.ndarray
     return replace(begun, points=points), least
 
 
-def _predicted(block: SearchedBlock, values: Values) -> np.ndarray:
+def _predict(block: SearchedBlock, values: Values) -> np.ndarray:
     """The prediction (n, k), which leaves the block as it is."""
     return block.part(values.points, values.shared, values.laws, np.ones(len(values.points), bool))

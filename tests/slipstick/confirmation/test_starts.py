@@ -8,7 +8,7 @@ import pytest
 
 from slipstick.confirmation import SimulationFit, Terms, Traces
 from slipstick.confirmation.fit import fit_simulation
-from slipstick.confirmation.simulated import FINE, RANDOM, ROUGH, SimulatedBench
+from slipstick.confirmation.simulated import RANDOM, SimulatedBench
 from slipstick.confirmation.starts import About, search_start
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
@@ -59,16 +59,16 @@ def test_differences_do_not_tell_an_effect_from_parameters_that_do_the_same(with
     """A droop is a smaller gain and a smaller bias within an engagement."""
     points, shared = np.zeros_like(without.fitted.points), np.zeros(1 + len(without.block.traces.signals))
     left = {}
-    for step in (ROUGH, FINE):
-        block = SimulatedBench(without.block.traces, TERMS, step=step)
+    for rough in (True, False):
+        block = SimulatedBench(without.block.traces, TERMS, rough=rough)
         block.at(shared)
         own, fixed = block.columns(points, (), block.base(points))
         each = [effect - parameters.T @ np.linalg.lstsq(parameters.T, effect, rcond=1e-12)[0]
                 for parameters, effect in zip(own * block.counted[:, None], fixed[:, 0] * block.counted, strict=True)]
         # Of a change of the pressure by 1 %, which is the scatter of the gain, in standard errors of an engagement.
-        left[step] = 0.01 / TERMS.unknowns[0].span * float(np.sqrt(np.mean(np.square(each).sum(axis=1))))
-    assert left[FINE] < 0.1
-    assert left[FINE] < 0.2 * left[ROUGH]
+        left[rough] = 0.01 / TERMS.unknowns[0].span * float(np.sqrt(np.mean(np.square(each).sum(axis=1))))
+    assert left[False] < 0.1
+    assert left[False] < 0.2 * left[True]
 
 
 # Rows of independent values: noise becomes white with unit variance, and simulations of the truth leave only it.
