@@ -154,6 +154,7 @@ print(bool(np.all(within & (spread.std > 0))))
     assert run("python", "-c", code).stdout.split("\n")[:3] == ["heavy compact 54", "2 2 2", "True"]
 
 
+@pytest.mark.slow
 def test_a_study_examines_the_first_blocks(run: Run) -> None:
     code = """
 import slipstick

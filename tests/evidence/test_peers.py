@@ -28,6 +28,7 @@ def drift(work: Path) -> Entry:
     return answer_case("residuals", OTHER_MACHINES, DRIFT, work)
 
 
+@pytest.mark.slow
 def test_residuals_name_a_strong_law_and_leave_a_recording_without_one_alone(work: Path, drift: Entry) -> None:
     assert not drift.answer.error
     assert judge(drift.answer, drift.truth).right_first

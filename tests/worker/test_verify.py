@@ -28,6 +28,7 @@ def number(pattern, output):
     return float(re.search(pattern, output)[1].replace(",", ""))
 
 
+@pytest.mark.slow
 def test_the_default_grid_is_within_its_error_target(tmp_path, capsys):
     """In the middle of its axes, to which the shipped recordings belong."""
     table = build_table(PAPER_AXES, HEAVY.conditions, tmp_path / "a.h5", slice(14, 36))

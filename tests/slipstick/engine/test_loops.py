@@ -86,6 +86,7 @@ def disturb(machine: Machine, runs: Runs, size: float) -> Runs:
         (len(runs), len(runs.time))) for sensor in machine.sensors})
 
 
+@pytest.mark.slow
 def test_blocks_of_a_disturbed_machine_are_studied_apart_and_one_is_unexplained() -> None:
     """A torque that fluctuates reaches all signals of a simulation, and those of the shaft alone where it is driven."""
     machine, runs = sample(MOTOR, 4e-3, 3)

@@ -1,6 +1,7 @@
 """Shafts that stick to each other and break away again, simulated and studied as any other machine."""
 
 import numpy as np
+import pytest
 
 from slipstick.engine.measured_law import Law, measure
 from slipstick.engine.selection import Identification
@@ -35,6 +36,7 @@ def test_nothing_is_named_where_nothing_is_missing() -> None:
     assert not answer.unexplained
 
 
+@pytest.mark.slow
 def test_friction_that_falls_with_the_slip_is_named_and_measured() -> None:
     answer = study(FALLING)
     finding, = answer.findings

@@ -57,7 +57,7 @@ def identified(name: str) -> Identification:
     return identify(prepare(TANKS, record(name)[0]))
 
 
-@pytest.mark.parametrize("name", ["most", "a sixth"])
+@pytest.mark.parametrize("name", ["most", pytest.param("a sixth", marks=pytest.mark.slow)])
 def test_a_leak_of_a_tank_is_named_first_and_alone(name: str) -> None:
     answer = identified(name)
     assert [finding.pair for finding in answer.findings] == [("leak 1", "level 1")]

@@ -49,6 +49,7 @@ def test_the_worst_are_set_aside_and_nothing_is_named() -> None:
     assert "load" in found.lacking
 
 
+@pytest.mark.slow
 def test_the_worst_are_set_aside_without_pressure_as_well() -> None:
     signals = recordings().signals
     assert signals is not None
@@ -66,6 +67,7 @@ def test_without_this_none_would_be(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found.chi_square["load"] > 5 * left
 
 
+@pytest.mark.slow
 def test_engagements_with_more_noise_are_not_far_worse(monkeypatch: pytest.MonkeyPatch) -> None:
     """As where an amplifier was changed during the test: a third of the engagements has 1.8 times the noise."""
     scene, rng = scene_of(HEAVY, Model(HEAVY.physics), COUNT, seed=1), np.random.default_rng(4)

@@ -37,6 +37,7 @@ def test_an_error_of_the_pressure_is_a_law_of_the_friction_unless_it_is_known_of
     assert contact_findings(nothing, ERROR, known=True) == []
 
 
+@pytest.mark.slow
 def test_a_strong_law_of_the_friction_is_found_beside_an_error_of_the_pressure() -> None:
     model = Model(HEAVY.physics).with_effect("stribeck_friction", {"strength": 0.3, "decay_speed": 20.0})
     assert contact_findings(model, ERROR, known=True) == [(FRICTION, "slip")]

@@ -87,6 +87,7 @@ def test_intervals_on_lattices_are_those_along_lines(ridge: Case, optimum: np.nd
         assert getattr(on_lattices, end) == (None if expected is None else pytest.approx(expected, abs=5e-4))
 
 
+@pytest.mark.slow
 def test_the_scatter_may_move_to_the_other_input_along_a_profile(
         posed: Callable[[np.ndarray, Candidate], Case], monkeypatch: pytest.MonkeyPatch) -> None:
     """The maxima on the two sides of a profile have the scatter in different inputs, and none leads to the other."""
