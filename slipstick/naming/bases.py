@@ -108,23 +108,23 @@ def delayed(signal: np.ndarray, late: float) -> np.ndarray:
     """
     if late == 0:
         return signal
-    found = np.empty(signal.shape)
-    _delay(np.ascontiguousarray(signal).reshape(-1, signal.shape[-1]), late, found.reshape(-1, signal.shape[-1]))
-    return found
+    shifted = np.empty(signal.shape)
+    _delay(np.ascontiguousarray(signal).reshape(-1, signal.shape[-1]), late, shifted.reshape(-1, signal.shape[-1]))
+    return shifted
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _delay(signal, late, found):  # type: ignore[no-untyped-def]
+def _delay(signal, late, shifted):  # type: ignore[no-untyped-def]
     n, k = signal.shape
     whole = int(np.ceil(late))
     share = whole - late  # of the later one of two samples
     begin = min(max(whole, 0), k)
     end = max(begin, min(k, k - 1 + whole))
     for i in range(n):
-        found[i, :begin] = signal[i, 0]
+        shifted[i, :begin] = signal[i, 0]
         for t in range(begin, end):
-            found[i, t] = signal[i, t - whole] * (1 - share) + signal[i, t - whole + 1] * share
-        found[i, end:] = signal[i, -1]
+            shifted[i, t] = signal[i, t - whole] * (1 - share) + signal[i, t - whole + 1] * share
+        shifted[i, end:] = signal[i, -1]
 
 
 def delayed_times(basis: np.ndarray, late: float, factor: np.ndarray) -> np.ndarray:
@@ -132,18 +132,18 @@ def delayed_times(basis: np.ndarray, late: float, factor: np.ndarray) -> np.ndar
 
     In one pass: the basis of a law with many knots does not fit into a cache.
     """
-    found = np.empty(basis.shape)
-    mapped(lambda its: _delay_times(basis[its], late, factor[its], found[its]), parts_of(len(basis)))
-    return found
+    products = np.empty(basis.shape)
+    mapped(lambda rows: _delay_times(basis[rows], late, factor[rows], products[rows]), parts_of(len(basis)))
+    return products
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _delay_times(basis, late, factor, found):  # type: ignore[no-untyped-def]
+def _delay_times(basis, late, factor, products):  # type: ignore[no-untyped-def]
     for i in range(basis.shape[0]):
-        _delay(basis[i], late, found[i])
+        _delay(basis[i], late, products[i])
         for j in range(basis.shape[1]):
             for t in range(basis.shape[2]):
-                found[i, j, t] *= factor[i, t]
+                products[i, j, t] *= factor[i, t]
 
 
 def late(signal: np.ndarray, time: np.ndarray, clock: float) -> np.ndarray:

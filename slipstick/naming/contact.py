@@ -123,7 +123,8 @@ class ContactBlock(ClutchBlock):
             return np.zeros((len(scene), 0, len(scene.time)))
         knots = np.linspace(scene.time[seen][0], scene.time[seen][-1], scene.settings.finer_knots)
         over, profiles = hats(scene.time[None], knots)[0], scene.recordings.conditions.current_profile
-        columns = np.concatenate([(profiles == one)[:, None, None] * over for one in np.unique(profiles)], axis=1)
+        columns = np.concatenate([(profiles == profile)[:, None, None] * over for profile in np.unique(profiles)],
+                                 axis=1)
         return np.asarray(self.torque_per_bar * columns[:, (columns * self.counted[:, None]).any(axis=(0, 2))])
 
     def pairs(self, rare: bool = False) -> list[Pair]:

@@ -15,7 +15,7 @@ _SCALE = 2.0
 def lag_columns(scene: Scene, torque: np.ndarray, finer: int) -> np.ndarray:
     """Changes (n, m, k) in N m of the `torque` (n, k) of the converter by the lags; more of them where `finer`."""
     late = late_by(torque, scene.time, lag_unit(scene))
-    return np.concatenate([modulated(late, its) for its in _sizes(scene, finer)], axis=1) if finer else late
+    return np.concatenate([modulated(late, sizes) for sizes in _sizes(scene, finer)], axis=1) if finer else late
 
 
 def lagging(scene: Scene, torque: np.ndarray, c: np.ndarray, finer: int) -> np.ndarray:

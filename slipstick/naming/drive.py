@@ -101,7 +101,7 @@ class Drive:
 
     def basis(self, ratio: np.ndarray) -> np.ndarray:
         """Changes (n, KNOTS, k) of e at speed ratios (n, k) with the errors at the knots."""
-        return np.stack([np.interp(ratio, self.ratios, one) for one in self.onto], axis=1)
+        return np.stack([np.interp(ratio, self.ratios, cardinal) for cardinal in self.onto], axis=1)
 
     def tables(self, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Torque of turbine and pump over the square of the motor speed at the `ratios`, with the `errors` (KNOTS,)."""

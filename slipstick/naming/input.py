@@ -128,7 +128,7 @@ class InputBlock:
         """Changes in rad/s (n, 6, k) with the parameters, and (n, p, k) with clock, sag, motor speeds and converter."""
         speed, against = self._speed, self._against(laws, self._read) - self._late(laws, self._about.driven)
         changes = self._shaft.columns(points, speed, self._about, against)
-        own, fixed = (sensor_errors.as_read(self.scene, one, speed, laws, SENSOR, self.finer) for one in changes)
+        own, fixed = (sensor_errors.as_read(self.scene, change, speed, laws, SENSOR, self.finer) for change in changes)
         return own, np.concatenate([bases.later(speed, self.scene.time, self._clock)[:, None], fixed], axis=1)
 
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:

@@ -20,9 +20,9 @@ def lags_about(scale: float) -> np.ndarray:
 
 def late_by(signal: np.ndarray, time: np.ndarray, scale: float) -> np.ndarray:
     """What sensors of a `signal` (n, k) at `time` (k,) in s read too much, (n, 4, k), with lags about `scale` in s."""
-    found = np.empty((len(signal), len(_LAGS), signal.shape[1]))
-    _each(np.ascontiguousarray(signal), *_factors(time, scale), found)
-    return found
+    late = np.empty((len(signal), len(_LAGS), signal.shape[1]))
+    _each(np.ascontiguousarray(signal), *_factors(time, scale), late)
+    return late
 
 
 def mixed(signal: np.ndarray, time: np.ndarray, scale: float, weights: np.ndarray) -> np.ndarray:
@@ -30,9 +30,9 @@ def mixed(signal: np.ndarray, time: np.ndarray, scale: float, weights: np.ndarra
 
     Weights (n / m, 4, k) are those of m signals each, one after the other.
     """
-    found = np.empty(signal.shape)
-    _sum(np.ascontiguousarray(signal), *_factors(time, scale), np.ascontiguousarray(weights), found)
-    return found
+    total = np.empty(signal.shape)
+    _sum(np.ascontiguousarray(signal), *_factors(time, scale), np.ascontiguousarray(weights), total)
+    return total
 
 
 def modulated(late: np.ndarray, sizes: np.ndarray) -> np.ndarray:
@@ -51,9 +51,9 @@ def dead_times(signal: np.ndarray, time: np.ndarray, scale: float) -> list[np.nd
     return [delayed(signal, lag / (time[1] - time[0])) - signal for lag in lags_about(scale)]
 
 
-def add_dead_times(found: np.ndarray, signal: np.ndarray, time: np.ndarray, scale: float, sizes: np.ndarray) -> None:
-    """Add the sum of those with `sizes` (4,) to `found` (n, k), which is contiguous."""
-    _add_late(np.ascontiguousarray(signal), lags_about(scale) / (time[1] - time[0]), sizes, found)
+def add_dead_times(total: np.ndarray, signal: np.ndarray, time: np.ndarray, scale: float, sizes: np.ndarray) -> None:
+    """Add the sum of those with `sizes` (4,) to a `total` (n, k), which is contiguous."""
+    _add_late(np.ascontiguousarray(signal), lags_about(scale) / (time[1] - time[0]), sizes, total)
 
 
 def _factors(time: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
@@ -67,19 +67,19 @@ def _factors(time: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _each(signal, left, added, found):  # type: ignore[no-untyped-def]
+def _each(signal, left, added, late):  # type: ignore[no-untyped-def]
     n, k = signal.shape
     for i in range(n):
         for lag in range(len(left)):
             change = 0.0
-            found[i, lag, 0] = change
+            late[i, lag, 0] = change
             for t in range(1, k):
                 change = left[lag] * change + added[lag] * (signal[i, t - 1] - signal[i, t])
-                found[i, lag, t] = change
+                late[i, lag, t] = change
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _sum(signal, left, added, weights, found):  # type: ignore[no-untyped-def]
+def _sum(signal, left, added, weights, total):  # type: ignore[no-untyped-def]
     n, k = signal.shape
     each = n // len(weights)
     # Four numbers each, which stay in registers: an array takes twice the time.
@@ -89,7 +89,7 @@ def _sum(signal, left, added, weights, found):  # type: ignore[no-untyped-def]
         own = i // each
         w0, w1, w2, w3 = weights[own, 0, 0], weights[own, 1, 0], weights[own, 2, 0], weights[own, 3, 0]
         change0 = change1 = change2 = change3 = 0.0
-        found[i, 0] = 0.0
+        total[i, 0] = 0.0
         for t in range(1, k):
             step = signal[i, t - 1] - signal[i, t]
             change0 = left0 * change0 + added0 * step
@@ -98,11 +98,11 @@ def _sum(signal, left, added, weights, found):  # type: ignore[no-untyped-def]
             change3 = left3 * change3 + added3 * step
             if weights.shape[2] > 1:
                 w0, w1, w2, w3 = weights[own, 0, t], weights[own, 1, t], weights[own, 2, t], weights[own, 3, t]
-            found[i, t] = w0 * change0 + w1 * change1 + w2 * change2 + w3 * change3
+            total[i, t] = w0 * change0 + w1 * change1 + w2 * change2 + w3 * change3
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _add_late(signal, late, sizes, found):  # type: ignore[no-untyped-def]
+def _add_late(signal, late, sizes, total):  # type: ignore[no-untyped-def]
     n, k = signal.shape
     for i in range(n):
         for each in range(len(late)):
@@ -111,7 +111,7 @@ def _add_late(signal, late, sizes, found):  # type: ignore[no-untyped-def]
             earlier = sizes[each] - later
             begin = min(whole, k)
             for t in range(begin):
-                found[i, t] += sizes[each] * (signal[i, 0] - signal[i, t])
+                total[i, t] += sizes[each] * (signal[i, 0] - signal[i, t])
             for t in range(begin, k):
-                found[i, t] += (earlier * signal[i, t - whole] + later * signal[i, t - whole + 1]
+                total[i, t] += (earlier * signal[i, t - whole] + later * signal[i, t - whole + 1]
                                 - sizes[each] * signal[i, t])

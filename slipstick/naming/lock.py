@@ -52,8 +52,8 @@ class LockBlock:
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """That of both sensors."""
-        other, its = self.scene.noise["output_speed"]
-        return BlockNoise(*added(self.scene.noise["input_speed"], (self.scene.gear * other, its)))
+        std, rho = self.scene.noise["output_speed"]
+        return BlockNoise(*added(self.scene.noise["input_speed"], (self.scene.gear * std, rho)))
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Changes (n, 1, k) in rad/s with the gear ratio, and (n, 1, k) in rad/s^2 with the clock."""
@@ -95,4 +95,4 @@ class LockBlock:
     def _windows(self, finer: int) -> list[int]:
         """Odd numbers of samples, ascending and each once, over which the torque is differentiated."""
         time = self.scene.bench.scales.time / self.scene.step
-        return sorted({max(_ORDER + 1, round(its * time)) // 2 * 2 + 1 for its in _WINDOWS[finer]})
+        return sorted({max(_ORDER + 1, round(length * time)) // 2 * 2 + 1 for length in _WINDOWS[finer]})

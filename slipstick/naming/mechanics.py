@@ -63,8 +63,8 @@ def true_torque(scene: Scene, laws: Sequence[tuple[Pair, np.ndarray]], finer: Ma
     coupled shafts, without errors of a sensor.
     """
     torque = smooth = scene.smooth["output_torque"]
-    gain = [its for its in laws if its[0] == TORQUE_GAIN]
-    others = [its for its in laws if its[0][0] == TORQUE_GAIN[0] and its[0] != TORQUE_GAIN]
+    gain = [law for law in laws if law[0] == TORQUE_GAIN]
+    others = [law for law in laws if law[0][0] == TORQUE_GAIN[0] and law[0] != TORQUE_GAIN]
     if gain or others:
         slipping = scene.time < scene.recordings.measured_time[:, None]
         # Of the other errors only a lag depends on the torque.

@@ -89,11 +89,11 @@ def as_read(scene: Scene, change: np.ndarray, signal: np.ndarray, laws: Sequence
 
     Where its error depends on the signal, columns without it would lead a fit astray.
     """
-    found = change
-    for (its, on), c in laws:
-        if its == sensor and on in _OF_SIGNAL:
-            found = found + _along(scene, sensor, on, signal, c, finer.get((its, on), 0), change)
-    return found
+    changed = change
+    for (quantity, on), c in laws:
+        if quantity == sensor and on in _OF_SIGNAL:
+            changed = changed + _along(scene, sensor, on, signal, c, finer.get((quantity, on), 0), change)
+    return changed
 
 
 def _along(scene: Scene, sensor: str, on: str, signal: np.ndarray, c: np.ndarray, finer: int,

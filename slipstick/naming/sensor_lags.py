@@ -31,8 +31,8 @@ def late_columns(scene: Scene, signal: np.ndarray, largest: float, finer: int) -
     delays = np.stack(dead_times(signal, scene.time, lag_scale(scene)), axis=1)
     over_signal = hats(np.abs(signal) / largest, lag_points(finer))
     over_time = hats(scene.abscissa("time"), _times(scene, finer))[:, 1:]
-    sizes = over_signal, over_time, sizes_over_runs(scene, finer)
-    return np.concatenate([delays, *(modulated(late, its) for its in sizes)], axis=1)
+    changing = (modulated(late, sizes) for sizes in (over_signal, over_time, sizes_over_runs(scene, finer)))
+    return np.concatenate([delays, *changing], axis=1)
 
 
 def read_late(scene: Scene, signal: np.ndarray, largest: float, c: np.ndarray, finer: int) -> np.ndarray:
@@ -40,10 +40,10 @@ def read_late(scene: Scene, signal: np.ndarray, largest: float, c: np.ndarray, f
     time, scale = scene.time, lag_scale(scene)
     if not finer:
         return mixed(signal, time, scale, c[None, :, None])
-    its = _Sizes.of(scene, c, finer)
-    found = mixed(signal, time, scale, its.at(np.abs(signal) / largest))
-    add_dead_times(found, signal, time, scale, its.dead)
-    return found
+    sizes = _Sizes.of(scene, c, finer)
+    error = mixed(signal, time, scale, sizes.at(np.abs(signal) / largest))
+    add_dead_times(error, signal, time, scale, sizes.dead)
+    return error
 
 
 def change_read_late(scene: Scene, signal: np.ndarray, largest: float, c: np.ndarray, finer: int,
@@ -52,11 +52,11 @@ def change_read_late(scene: Scene, signal: np.ndarray, largest: float, c: np.nda
     time, scale, rows = scene.time, lag_scale(scene), change.reshape(-1, change.shape[-1])
     if not finer:
         return mixed(rows, time, scale, c[None, :, None]).reshape(change.shape)
-    its, share = _Sizes.of(scene, c, finer), np.abs(signal) / largest
-    found = mixed(rows, time, scale, its.at(share))
-    add_dead_times(found, rows, time, scale, its.dead)
-    steeper = (its.slopes(share) * late_by(signal, time, scale)).sum(axis=1) * np.sign(signal) / largest
-    return np.asarray(found.reshape(change.shape) + steeper[:, None] * change)
+    sizes, share = _Sizes.of(scene, c, finer), np.abs(signal) / largest
+    of_error = mixed(rows, time, scale, sizes.at(share))
+    add_dead_times(of_error, rows, time, scale, sizes.dead)
+    steeper = (sizes.slopes(share) * late_by(signal, time, scale)).sum(axis=1) * np.sign(signal) / largest
+    return np.asarray(of_error.reshape(change.shape) + steeper[:, None] * change)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,17 +78,17 @@ class _Sizes:
         points = lag_points(finer)
         dead, signal, time, runs = np.split(c.reshape(-1, len(lags_about(lag_scale(scene)))),
                                             np.cumsum([1, len(points), len(points) - 1]))
-        over_time = np.array([np.interp(scene.time, _times(scene, finer), [0.0, *one]) for one in time.T])
+        over_time = np.array([np.interp(scene.time, _times(scene, finer), [0.0, *sizes]) for sizes in time.T])
         return cls(points, dead[0], signal, over_time, sizes_over_runs(scene, finer)[:, :, 0] @ runs)
 
     def at(self, share: np.ndarray) -> np.ndarray:
         """Weights (n, 4, k) of the first-order lags at shares (n, k) of the largest signal."""
-        over_signal = np.stack([np.interp(share, self.points, one) for one in self.over_signal.T], axis=1)
+        over_signal = np.stack([np.interp(share, self.points, sizes) for sizes in self.over_signal.T], axis=1)
         return np.asarray(over_signal + self.over_time + self.over_runs[:, :, None])
 
     def slopes(self, share: np.ndarray) -> np.ndarray:
         """Slopes (n, 4, k) of the weights over the share (n, k)."""
-        return np.stack([slope(share, self.points, one) for one in self.over_signal.T], axis=1)
+        return np.stack([slope(share, self.points, sizes) for sizes in self.over_signal.T], axis=1)
 
 
 def _times(scene: Scene, finer: int) -> np.ndarray:

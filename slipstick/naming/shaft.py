@@ -85,10 +85,10 @@ class Shaft:
         drive_torque = self._given_torque - self._coulomb * (1 + points[:, 1])
         viscous, inertia = self._viscous * (1 + points[:, 2]), self._inertia * (1 + points[:, 0])
 
-        def turned(its: slice) -> None:
-            turn(self._time, torque[its], factor[its], start[its], motor[its], drive_torque[its], viscous[its],
-                 inertia[its], ratio[0], (len(ratio) - 1) / (ratio[-1] - ratio[0]), *tables, self._sag / drive.largest,
-                 _STEPS, speed[its])
+        def turned(rows: slice) -> None:
+            turn(self._time, torque[rows], factor[rows], start[rows], motor[rows], drive_torque[rows], viscous[rows],
+                 inertia[rows], ratio[0], (len(ratio) - 1) / (ratio[-1] - ratio[0]), *tables, self._sag / drive.largest,
+                 _STEPS, speed[rows])
 
         mapped(turned, parts_of(len(torque)))
         return speed
@@ -110,11 +110,11 @@ class Shaft:
 
         `about` is the equation about the `speed` (n, k) against the `torque` (n, k) in N m.
         """
-        now, one = about.converter, np.ones(speed.shape)
+        now, ones = about.converter, np.ones(speed.shape)
         given, motor = about.driven, about.factor * now.motor
         losses = self._coulomb * (1 + points[:, 1:2]) + self._viscous * (1 + points[:, 2:3]) * speed
         net = given + self._given_torque[:, None] - losses - torque
-        own = self.responded(np.stack([-net / (1 + points[:, :1]), -self._coulomb * one, -self._viscous * speed,
+        own = self.responded(np.stack([-net / (1 + points[:, :1]), -self._coulomb * ones, -self._viscous * speed,
                                        motor, self._kick], axis=1), about)
         decay = np.exp(-np.cumsum(about.rate * self._step, axis=1))
         start = np.concatenate([np.ones((len(speed), 1)), decay], axis=1) * self._initial[:, None]

@@ -35,10 +35,10 @@ def widened(coefficients: np.ndarray, covariance: np.ndarray, precision: np.ndar
     log-likelihood by `unsettled` nats is worth: where the recordings tell little, a wide prior would magnify that.
     """
     own = precision > 0
-    root, before, its = np.sqrt(precision[own]), covariance[np.ix_(own, own)], coefficients[own]
+    root, before, likeliest = np.sqrt(precision[own]), covariance[np.ix_(own, own)], coefficients[own]
     # In axes in which the recordings and the prior tell each coordinate by itself, and the prior with variance 1.
     shares, axes = np.linalg.eigh(root[:, None] * before * root)
-    told, at, factor = np.maximum(1 / shares - 1, 0.0), axes.T @ (root * its) / shares, 1.0
+    told, at, factor = np.maximum(1 / shares - 1, 0.0), axes.T @ (root * likeliest) / shares, 1.0
     known = told / (told + 2 * unsettled + _NOTHING)
     told, at = known * told, known * at
     for _ in range(_ROUNDS):
@@ -51,7 +51,7 @@ def widened(coefficients: np.ndarray, covariance: np.ndarray, precision: np.ndar
     change = np.eye(len(precision))[:, own]  # of all with their own: the others follow as they are correlated
     change[~own] = np.linalg.solve(before, covariance[np.ix_(own, ~own)]).T
     wider = (axes * variance) @ axes.T - before
-    return coefficients + change @ (axes @ (variance * at) - its), covariance + change @ wider @ change.T, factor
+    return coefficients + change @ (axes @ (variance * at) - likeliest), covariance + change @ wider @ change.T, factor
 
 
 def smoothed(onto: np.ndarray, coefficients: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

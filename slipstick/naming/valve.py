@@ -59,7 +59,7 @@ class ValveBlock:
         self.valve = Valve.of(scene.recordings)
         self.times = np.linspace(time[0], time[-1], _FINE * (len(time) - 1) + 1)
         profiles = zip(conditions.profile_time, conditions.profile_current, strict=True)
-        self.current = np.array([np.interp(self.times, *one) for one in profiles])[conditions.current_profile]
+        self.current = np.array([np.interp(self.times, *profile) for profile in profiles])[conditions.current_profile]
         self.clock = 0.0
         self._memories: dict[int, np.ndarray] = {}
         self._scaling = {("line pressure", on) for on in scene.of_runs}
@@ -249,10 +249,10 @@ class ValveBlock:
     def _abscissa(self, on: str) -> np.ndarray:
         """What a law of the line pressure depends on, at the times (2 k - 1,) of the filter, for each engagement."""
         x = self.scene.abscissa(on)
-        found = np.repeat(x, _FINE, axis=1)[:, :len(self.times)]
-        for one in range(1, _FINE):  # linear between the samples
-            found[:, one::_FINE] += one / _FINE * np.diff(x, axis=1)
-        return found
+        finely = np.repeat(x, _FINE, axis=1)[:, :len(self.times)]
+        for place in range(1, _FINE):  # linear between the samples
+            finely[:, place::_FINE] += place / _FINE * np.diff(x, axis=1)
+        return finely
 
     def _knots(self, pair: Pair) -> np.ndarray:
         """Knots of laws over time or a signal, in its unit."""

@@ -47,31 +47,31 @@ class Trail:
 
     def change(self, signal: np.ndarray) -> np.ndarray:
         """The change (n, k) of a `signal` (n, k) that follows it with the lag."""
-        found = np.empty(signal.shape)
-        _trail(np.ascontiguousarray(signal), self.ratio, self.left, found)
-        return found
+        changes = np.empty(signal.shape)
+        _trail(np.ascontiguousarray(signal), self.ratio, self.left, changes)
+        return changes
 
     def columns(self, signal: np.ndarray, basis: np.ndarray) -> np.ndarray:
         """Derivatives (n, m, k) of the change with the coefficients of a further lag, with `basis` (n, m, k) in s."""
-        found = np.empty(basis.shape)
+        columns = np.empty(basis.shape)
         _columns(np.ascontiguousarray(signal), self.ratio, self.left, self.change(signal),
-                 np.ascontiguousarray(basis / self.step), found)
-        return found
+                 np.ascontiguousarray(basis / self.step), columns)
+        return columns
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _trail(signal, ratio, left, found):  # type: ignore[no-untyped-def]
+def _trail(signal, ratio, left, changes):  # type: ignore[no-untyped-def]
     n, k = signal.shape
     for i in range(n):
         change = 0.0
-        found[i, 0] = change
+        changes[i, 0] = change
         for t in range(1, k):
             change = left[i, t] * change + ratio[i, t] * (1 - left[i, t]) * (signal[i, t - 1] - signal[i, t])
-            found[i, t] = change
+            changes[i, t] = change
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _columns(signal, ratio, left, change, basis, found):  # type: ignore[no-untyped-def]
+def _columns(signal, ratio, left, change, basis, columns):  # type: ignore[no-untyped-def]
     n, m, k = basis.shape
     slope = np.zeros(k)
     for i in range(n):
@@ -82,7 +82,7 @@ def _columns(signal, ratio, left, change, basis, found):  # type: ignore[no-unty
                 signal[i, t - 1] - signal[i, t]) if ratio[i, t] > -1 else 0.0
         for j in range(m):
             column = 0.0
-            found[i, j, 0] = column
+            columns[i, j, 0] = column
             for t in range(1, k):
                 column = left[i, t] * column + slope[t] * basis[i, j, t]
-                found[i, j, t] = column
+                columns[i, j, t] = column
