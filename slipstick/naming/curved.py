@@ -120,8 +120,7 @@ def fit_curved(block: SearchedBlock, laws: Sequence[Pair] = (), start: CurvedFit
 
 def _predicted(block: SearchedBlock, values: Values) -> np.ndarray:
     """The prediction (n, k)."""
-    found = predict(block, values.points, values.shared, values.laws)
-    return np.asarray(found)
+    return np.asarray(predict(block, values.points, values.shared, values.laws))
 
 
 def _linearised(block: SearchedBlock, values: Values, noise: BlockNoise) -> tuple[np.ndarray, np.ndarray, Gram]:

@@ -128,8 +128,8 @@ class ClutchBlock:
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """That of the sensor, and what the error of the explained pressure makes of the torque in full contact."""
-        error, its = self.scene.pressure_error
-        sensor = added(self.scene.noise[self.signal], (self.torque_per_bar * error, its))
+        error, rho = self.scene.pressure_error
+        sensor = added(self.scene.noise[self.signal], (self.torque_per_bar * error, rho))
         return BlockNoise(*sensor, modes=self.modes)
 
     def know(self, points: np.ndarray) -> None:
@@ -139,16 +139,16 @@ class ClutchBlock:
         now, torque = self._inputs, self.base(points)
         moved = []
         for mode in self.scene.pressure_modes.transpose(1, 0, 2):
-            its = mode, np.gradient(mode, self.scene.time, axis=1)
-            late = (bases.delayed(one, self.clock / self.scene.step) for one in its)
-            self._inputs = (*(one + more for one, more in zip(now[:2], late, strict=True)), now[2])
+            changes = mode, np.gradient(mode, self.scene.time, axis=1)
+            late = (bases.delayed(change, self.clock / self.scene.step) for change in changes)
+            self._inputs = (*(signal + change for signal, change in zip(now[:2], late, strict=True)), now[2])
             moved.append(self.base(points) - torque)
         self._inputs, self.modes = now, np.stack(moved, axis=1)
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Changes in N m (n, q, k) with the parameters, and (n, p, k) in N m/s with the clock."""
         moved = mapped(lambda step: self.base(points + step, laws), list(_STEP * np.eye(points.shape[1])))
-        own = np.stack([(one - predicted) / _STEP for one in moved], axis=1)
+        own = np.stack([(moved_torque - predicted) / _STEP for moved_torque in moved], axis=1)
         return own, self.shared_columns(points, laws, predicted)
 
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
@@ -193,13 +193,13 @@ class ClutchBlock:
                 change = np.empty(basis.shape)
                 respond(*self._arguments(points, laws, self.end, added, KINDS.index(law.kind), basis, change))
             if lag is not None:
-                change += np.stack([lag.change(one) for one in change.transpose(1, 0, 2)], axis=1)
+                change += np.stack([lag.change(column) for column in change.transpose(1, 0, 2)], axis=1)
         else:
             known = dict(laws)
             held = known.get(pair, np.zeros(law.size))
             moved = mapped(lambda step: self._closed(points, [*{**known, pair: held + step}.items()], self.end)[0],
                            list(_LAW_STEP * np.eye(law.size)))
-            change = np.stack([(one - torque) / _LAW_STEP for one in moved], axis=1)
+            change = np.stack([(moved_torque - torque) / _LAW_STEP for moved_torque in moved], axis=1)
         errors, finer = self._errors(laws)
         return sensor_errors.as_read(self.scene, change, torque, errors, _SENSOR, finer)
 
@@ -255,7 +255,7 @@ class ClutchBlock:
             law = self._law(pair)
             if law.kind in tables:
                 tables[law.kind] = law.basis, law.values.onto @ c
-        signals = (added[one] for one in ("chamber", "gain", "clearance", "friction", "film", "rate_extra"))
+        signals = (added[kind] for kind in ("chamber", "gain", "clearance", "friction", "film", "rate_extra"))
         return (self.scene.step, _SUB, self.clock, end, *self._inputs, values, *signals, *tables["drag"],
                 *tables["rate"], *tables["place"], *others)
 
@@ -269,21 +269,21 @@ class ClutchBlock:
 
         A lag of the friction is one of them: both are the same in this block.
         """
-        its = [(pair, (_SENSOR, pair[1]), c) for pair, c in laws if self._law(pair).kind == "reading"]
-        return [(error, c) for _, error, c in its], {error: self.finer.get(pair, 0) for pair, error, _ in its}
+        errors = [(pair, (_SENSOR, pair[1]), c) for pair, c in laws if self._law(pair).kind == "reading"]
+        return [(error, c) for _, error, c in errors], {error: self.finer.get(pair, 0) for pair, error, _ in errors}
 
     def _added(self, laws: Laws) -> _Added:
         """What laws add: kept, because columns are differences at the same laws."""
-        its = [(self._law(pair), c) for pair, c in laws]
-        its = [(law, c) for law, c in its if law.kind in ADDED]
-        key = [(law, c.tobytes()) for law, c in its]
+        terms = [(self._law(pair), c) for pair, c in laws]
+        terms = [(law, c) for law, c in terms if law.kind in ADDED]
+        key = [(law, c.tobytes()) for law, c in terms]
         known = self._sums  # which another thread may replace
         if known is None or known[0] != key:
-            found, nothing = dict[str, np.ndarray](), np.zeros(self.pressure.shape)
-            for law, c in its:
-                found[law.kind] = found.get(law.kind, nothing) + c @ law.basis
+            sums, nothing = dict[str, np.ndarray](), np.zeros(self.pressure.shape)
+            for law, c in terms:
+                sums[law.kind] = sums.get(law.kind, nothing) + c @ law.basis
             late = self.clock / self.scene.step
-            delayed = {kind: bases.delayed(one, late) for kind, one in found.items()}
+            delayed = {kind: bases.delayed(total, late) for kind, total in sums.items()}
             lag = Trail.of(delayed["lag"], self.scene.step) if "lag" in delayed and delayed["lag"].any() else None
             self._sums = known = key, _Added({**dict.fromkeys(ADDED, nothing), **delayed}, lag)
         return known[1]

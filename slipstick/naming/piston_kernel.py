@@ -20,31 +20,31 @@ NAMES = ("piston_pressure_rate", "piston_pressure", "piston_inertia", "piston_re
 @njit(nogil=True, cache=True, error_model="numpy")
 def table(at, value):  # type: ignore[no-untyped-def]
     """Points, values and slopes (3, m) of a table, whose division would be what a step waits for."""
-    found = np.zeros((3, len(at)))
-    found[0], found[1] = at, value
+    tabulated = np.zeros((3, len(at)))
+    tabulated[0], tabulated[1] = at, value
     for j in range(len(at) - 1):
-        found[2, j] = (value[j + 1] - value[j]) / (at[j + 1] - at[j])
-    return found
+        tabulated[2, j] = (value[j + 1] - value[j]) / (at[j + 1] - at[j])
+    return tabulated
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def at(x, its, cell):  # type: ignore[no-untyped-def]
+def at(x, tabulated, cell):  # type: ignore[no-untyped-def]
     """The value at x of a table that is constant beyond its ends, and its cell, searched from another one on."""
-    m = its.shape[1]
+    m = tabulated.shape[1]
     if m == 0:
         return 0.0, 0
-    within = min(max(x, its[0, 0]), its[0, m - 1])
-    while cell < m - 2 and within >= its[0, cell + 1]:
+    within = min(max(x, tabulated[0, 0]), tabulated[0, m - 1])
+    while cell < m - 2 and within >= tabulated[0, cell + 1]:
         cell += 1
-    while within < its[0, cell]:
+    while within < tabulated[0, cell]:
         cell -= 1
-    return its[1, cell] + its[2, cell] * (within - its[0, cell]), cell
+    return tabulated[1, cell] + tabulated[2, cell] * (within - tabulated[0, cell]), cell
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def slope(x, its, cell):  # type: ignore[no-untyped-def]
+def slope(x, tabulated, cell):  # type: ignore[no-untyped-def]
     """The slope at x of a table, in whose `cell` it is."""
-    return its[2, cell] if its.size > 0 and its[0, 0] < x < its[0, -1] else 0.0
+    return tabulated[2, cell] if tabulated.size > 0 and tabulated[0, 0] < x < tabulated[0, -1] else 0.0
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

@@ -100,8 +100,8 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
     """The law of a pair; raises `KeyError` for a pair that the clutch does not have."""
     scene, (quantity, on) = given.scene, pair
     if quantity == "output torque sensor" or pair == ("contact pressure", "lag"):
-        its = of_sensor(pair, scene, given.finer.get(pair, 0))
-        return PistonLaw("reading", its.onto.shape[1], np.zeros(0), its)
+        error = of_sensor(pair, scene, given.finer.get(pair, 0))
+        return PistonLaw("reading", error.onto.shape[1], np.zeros(0), error)
     if on in scene.of_runs:
         return _between(pair, given)
     if quantity == "friction coefficient":

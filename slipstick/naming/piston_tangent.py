@@ -17,8 +17,8 @@ _CHAMBER, _RATE, _GAIN, _CLEARANCE = range(len(KINDS))
 @njit(nogil=True, cache=True, error_model="numpy")
 def respond(step, sub, late, end, pressure, change, slip, p, chamber, gain_change, clearance,  # type: ignore[no-untyped-def]
             friction_change, film_change, rate_extra, drag_at, drag_value, rate_at, rate_value, place_at, place_value,
-            kind, basis, found):
-    """Fill `found` (n, m, k) with the changes of the torque in N m with the coefficients of a law; 0 beyond `end` (n,).
+            kind, basis, response):
+    """Fill `response` (n, m, k) with changes of the torque in N m with the coefficients of a law; 0 beyond `end` (n,).
 
     The law adds `basis` (n, m, k) to the quantity of this `kind`. The other arguments are those of `close`.
     """
@@ -39,10 +39,10 @@ def respond(step, sub, late, end, pressure, change, slip, p, chamber, gain_chang
         for j in range(m):
             y = 0.0
             for t in range(last):
-                found[i, j, t] = of_state[t] * y + of_law[t] * basis[i, j, t]
+                response[i, j, t] = of_state[t] * y + of_law[t] * basis[i, j, t]
                 if t + 1 < last:
                     y = kept[t] * y + before[t] * basis[i, j, t] + after[t] * basis[i, j, t + 1]
-            found[i, j, last:] = 0.0
+            response[i, j, last:] = 0.0
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

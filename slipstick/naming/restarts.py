@@ -29,12 +29,13 @@ def settled(block: ClutchBlock, points: np.ndarray, shared: np.ndarray, laws: tu
             coefficients: Mapping[Pair, np.ndarray] | None = None) -> CurvedFit:
     """The best fit from `points` (n, q) and `shared` values, from searches where it fails, and from its own means."""
     known = coefficients or {}
-    found = retimed(block, points, shared, [(law, known[law]) for law in laws])
-    best = fit_curved(block, laws, points=found, coefficients=known, shared=shared, iterations=8)
+    timed = retimed(block, points, shared, [(law, known[law]) for law in laws])
+    best = fit_curved(block, laws, points=timed, coefficients=known, shared=shared, iterations=8)
     rows = _missed(best)
     if rows.any():
-        found = relocated(block, best.points, best.shared, best.held, rows)
-        again = fit_curved(block, laws, points=found, coefficients=best.coefficients, shared=best.shared, iterations=8)
+        located = relocated(block, best.points, best.shared, best.held, rows)
+        again = fit_curved(block, laws, points=located, coefficients=best.coefficients, shared=best.shared,
+                           iterations=8)
         best = max(best, again, key=evidence_of)
     for _ in range(_RESTARTS):
         again = from_common(block, best.mean, best.shared, best.held, iterations=8)
@@ -85,12 +86,12 @@ def annealed(block: ClutchBlock, now: CurvedFit, pair: Pair) -> CurvedFit:
     A fit without the law has parameters that stand for it, from which no step leads back. With little weight on the
     data engagements stay near what they have in common, and the law explains what they show alike.
     """
-    (std, memory), scene = block.scene.noise[block.signal], block.scene
+    (std, rho), scene = block.scene.noise[block.signal], block.scene
     points, shared, known = np.zeros_like(now.points), now.shared, now.coefficients
     for louder in _LOUDER:
-        block.scene = replace(scene, noise={**scene.noise, block.signal: (std * louder, memory)})
-        found = fit_curved(block, (*now.laws, pair), points=points, coefficients=known, shared=shared, iterations=4)
-        points, shared, known = retimed(block, found.points, found.shared, found.held), found.shared, found.coefficients
+        block.scene = replace(scene, noise={**scene.noise, block.signal: (std * louder, rho)})
+        fit = fit_curved(block, (*now.laws, pair), points=points, coefficients=known, shared=shared, iterations=4)
+        points, shared, known = retimed(block, fit.points, fit.shared, fit.held), fit.shared, fit.coefficients
     block.scene = scene
     return fit_curved(block, (*now.laws, pair), points=points, coefficients=known, shared=shared, iterations=3)
 

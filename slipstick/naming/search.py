@@ -46,7 +46,7 @@ def search(block: ClutchBlock, shared: np.ndarray, laws: Laws = ()) -> np.ndarra
         return ((measured - scale[:, None] * predicted) ** 2).sum(axis=1), scale
 
     priors = [bench.prior(name) for name in ("pressure_bias", "initial_position")]
-    lowest, highest = np.array([(one.lower, one.upper) for one in priors]).T - 1
+    lowest, highest = np.array([(prior.lower, prior.upper) for prior in priors]).T - 1
     low, high, common = lowest, highest, np.zeros(2)
     for _ in range(_ROUNDS):
         places = _grid(low, high, _LEVELS)
@@ -55,10 +55,10 @@ def search(block: ClutchBlock, shared: np.ndarray, laws: Laws = ()) -> np.ndarra
         low, high = np.maximum(lowest, common - spacing), np.minimum(highest, common + spacing)
     best, at, scale = np.full(n, np.inf), np.tile(common, (n, 1)), np.ones(n)
     shifts = _grid(-_WIDTH, _WIDTH, _OWN_LEVELS)
-    for shift, (squares, its) in zip(shifts, mapped(misfits, list(common + shifts)), strict=True):
+    for shift, (squares, factors) in zip(shifts, mapped(misfits, list(common + shifts)), strict=True):
         value = squares / _variance(block) + ((shift / _WIDTH) ** 2).sum() * _PENALTY
         better = value < best
-        best, scale = np.where(better, value, best), np.where(better, its, scale)
+        best, scale = np.where(better, value, best), np.where(better, factors, scale)
         at = np.where(better[:, None], common + shift, at)
     points[:, [_BIAS, _PLACE]] = at
     points[:, _FRICTION] = scale - 1
@@ -75,23 +75,23 @@ def retimed(block: ClutchBlock, points: np.ndarray, shared: np.ndarray, laws: La
     value = cost(best)
     for width, levels in _RETIMED:
         tried = [best + shift for shift in np.linspace(-width, width, levels)]
-        for one, its in zip(tried, mapped(cost, tried), strict=True):
-            better = its < value
-            best, value = np.where(better, one, best), np.where(better, its, value)
+        for bias, costs in zip(tried, mapped(cost, tried), strict=True):
+            better = costs < value
+            best, value = np.where(better, bias, best), np.where(better, costs, value)
     return _moved(points, best)
 
 
 def relocated(block: ClutchBlock, points: np.ndarray, shared: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
     """Points (n, q) where the engagements `rows` (n,) are searched again over pressure bias and initial position."""
     def cost(shift: tuple[float, float]) -> np.ndarray:
-        penalty = sum((one / std) ** 2 for one, std in zip(shift, _RELOCATED_SPREAD, strict=True))
+        penalty = sum((component / std) ** 2 for component, std in zip(shift, _RELOCATED_SPREAD, strict=True))
         return _squares(block, _moved(points, *shift), shared, laws, rows) + penalty
 
     best, value = points.copy(), np.full(len(points), np.inf)
     shifts = list(product(*(np.linspace(-width, width, levels) for width, levels in _RELOCATED)))
-    for shift, its in zip(shifts, mapped(cost, shifts), strict=True):
-        better = its < value
-        best, value = np.where(better[:, None], _moved(points, *shift), best), np.where(better, its, value)
+    for shift, costs in zip(shifts, mapped(cost, shifts), strict=True):
+        better = costs < value
+        best, value = np.where(better[:, None], _moved(points, *shift), best), np.where(better, costs, value)
     return np.where(rows[:, None], best, points)
 
 
