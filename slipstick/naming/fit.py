@@ -112,17 +112,17 @@ def reduced(block: Block, squares: np.ndarray) -> np.ndarray:
 
 def _alone(parts: Sequence[Part], joint: Joint, fitted: Fitted) -> list[Fitted]:
     """The fit of each part by itself, at the coefficients and variances of the joint one."""
-    found, first = [], 0
-    for one, rows in zip(parts, joint.rows, strict=True):
-        q = one.gram.random
+    alone, first = [], 0
+    for part, rows in zip(parts, joint.rows, strict=True):
+        q = part.gram.random
         variance = fitted.variance[first:first + q]
         first += q
-        marginal, logdet, spread = marginalise(one.gram, variance)
+        marginal, logdet, spread = marginalise(part.gram, variance)
         coefficients = fitted.coefficients[rows]
-        pull = one.gram.products[:, :q, -1] - one.gram.products[:, :q, :-1] @ coefficients
-        found.append(Fitted(one.gram, coefficients, fitted.covariance[np.ix_(rows, rows)], variance, marginal, logdet,
+        pull = part.gram.products[:, :q, -1] - part.gram.products[:, :q, :-1] @ coefficients
+        alone.append(Fitted(part.gram, coefficients, fitted.covariance[np.ix_(rows, rows)], variance, marginal, logdet,
                             (spread @ pull[..., None])[..., 0]))
-    return found
+    return alone
 
 
 def fit(block: Block, laws: tuple[Pair, ...] = (), start: BlockFit | None = None) -> BlockFit:
@@ -131,10 +131,10 @@ def fit(block: Block, laws: tuple[Pair, ...] = (), start: BlockFit | None = None
     The integrated noise of a measured input depends on the parameters of the block. It is that of the nominal values
     at first, and then that of the fit: if it changed from step to step, their likelihoods could not be compared.
     """
-    found = fit_together([block], [laws], [start])[0]
-    if start is not None or found.noise.decay is None:
-        return found
-    return fit_together([block], [laws], [replace(found, noise=block.noise(found.points))])[0]
+    first_fit = fit_together([block], [laws], [start])[0]
+    if start is not None or first_fit.noise.decay is None:
+        return first_fit
+    return fit_together([block], [laws], [replace(first_fit, noise=block.noise(first_fit.points))])[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,9 +157,10 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
     may lead away from where it is best. The noise is that of the start where there is one, so that the likelihoods of a
     fit and of those that go on from it can be compared, or that at nominal values.
     """
-    everything = list(dict.fromkeys(law for its in laws for law in its))
-    laws = [tuple(law for law in everything if law in its) for its in laws]  # the order of coefficients in `joined`
-    now = _State.begun(blocks, starts, everything)
+    all_laws = list(dict.fromkeys(law for block_laws in laws for law in block_laws))
+    # In the order of coefficients in `joined`.
+    laws = [tuple(law for law in all_laws if law in block_laws) for block_laws in laws]
+    now = _State.begun(blocks, starts, all_laws)
     variance = np.concatenate([np.full(len(block.random), _FIRST) if start is None
                                else np.maximum(start.fitted.variance, 1e-8)
                                for block, start in zip(blocks, starts, strict=True)])
@@ -170,10 +171,10 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
     is_last, promised, halvings = True, np.inf, 0
     begun = sum(start.fitted.posterior for start in starts if start is not None)
     for _ in range(iterations):
-        each = zip(blocks, laws, now.points, now.shared, noises, strict=True)
-        places, parts = zip(*mapped(lambda one: _about(*one), [(now, *its) for its in each]), strict=True)
+        each = [(now, *of_block) for of_block in zip(blocks, laws, now.points, now.shared, noises, strict=True)]
+        places, parts = zip(*mapped(lambda arguments: _about(*arguments), each), strict=True)
         noises = [*(place.noise for place in places)]
-        joint = joined(parts, everything)
+        joint = joined(parts, all_laws)
         now = now.complete(joint.places)
         # At the variances for which the step was made: with others the likelihood may rise or fall without a step.
         reached = estimate(joint.gram, variance, fixed=True).at(now.common)
@@ -197,11 +198,11 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
         if min(rise, promised) < max(_SETTLED, rough * (here.posterior - begun)):
             break
         halvings = 0
-        now = now.stepped(fitted, [one.gram.random for one in parts], joint.places)
+        now = now.stepped(fitted, [part.gram.random for part in parts], joint.places)
     assert likeliest is not None
     if not is_last:
-        for its in likeliest[1]:
-            predict(its.block, its.points, its.shared, its.held)  # the block holds what was predicted last
+        for block_fit in likeliest[1]:  # a block holds what was predicted last
+            predict(block_fit.block, block_fit.points, block_fit.shared, block_fit.held)
     return likeliest[1]
 
 
@@ -245,13 +246,13 @@ class _State:
         parts = np.split(fitted.coefficients[:ends[-1]], ends[:-1])
         means, shared = parts[:len(random)], parts[len(random):]
         each = np.split(fitted.each, ends[:len(random) - 1], axis=1)
-        return _State(means, [np.clip(mean + its, _LOWEST, _HIGHEST) for mean, its in zip(means, each, strict=True)],
-                      shared, {law: fitted.coefficients[at] for law, at in places.items()})
+        points = [np.clip(mean + effects, _LOWEST, _HIGHEST) for mean, effects in zip(means, each, strict=True)]
+        return _State(means, points, shared, {law: fitted.coefficients[at] for law, at in places.items()})
 
     def halfway(self, other: "_State") -> "_State":
         """Between this and the `other` one."""
-        def middle(some: list[np.ndarray], others: list[np.ndarray]) -> list[np.ndarray]:
-            return [0.5 * (one + its) for one, its in zip(some, others, strict=True)]
+        def middle(starts: list[np.ndarray], ends: list[np.ndarray]) -> list[np.ndarray]:
+            return [0.5 * (start + end) for start, end in zip(starts, ends, strict=True)]
 
         return _State(middle(self.means, other.means), middle(self.points, other.points),
                       middle(self.shared, other.shared),
@@ -268,6 +269,6 @@ def _about(now: _State, block: Block, laws: tuple[Pair, ...], points: np.ndarray
 
 def _fits(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], places: Sequence[_Place],
           values: Mapping[Pair, np.ndarray], fitted: Sequence[Fitted]) -> list[BlockFit]:
-    return [BlockFit(block, tuple(its), place.points, place.shared, {law: values[law] for law in its}, one,
-                     place.predicted, place.noise)
-            for block, its, place, one in zip(blocks, laws, places, fitted, strict=True)]
+    return [BlockFit(block, tuple(block_laws), place.points, place.shared, {law: values[law] for law in block_laws},
+                     linear_fit, place.predicted, place.noise)
+            for block, block_laws, place, linear_fit in zip(blocks, laws, places, fitted, strict=True)]

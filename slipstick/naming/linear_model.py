@@ -44,7 +44,7 @@ def priors(block: Block) -> np.ndarray:
 
 def gram_of(block: Block, columns: Sequence[np.ndarray], z: np.ndarray, noise: BlockNoise, further: int) -> Gram:
     """Products of whitened columns (n, c, k), random ones first, and of z (n, k); the last `further` are of laws."""
-    count = sum(one.shape[1] for one in columns) + 1
+    count = sum(group.shape[1] for group in columns) + 1
     products = np.empty((len(z), count, count))
 
     def multiply(rows: slice, white: np.ndarray) -> None:
@@ -62,8 +62,8 @@ def _each_white(block: Block, columns: Sequence[np.ndarray], noise: BlockNoise,
 
     def whiten(first: int) -> None:
         rows = slice(first, first + _AT_ONCE)
-        some = np.concatenate([one[rows, :, :last] for one in columns], axis=1)
-        use(rows, whitened(some, block.counted[rows, :last], noise.of(rows)))
+        batch = np.concatenate([group[rows, :, :last] for group in columns], axis=1)
+        use(rows, whitened(batch, block.counted[rows, :last], noise.of(rows)))
 
     mapped(whiten, range(0, len(block.counted), _AT_ONCE))
 
@@ -90,13 +90,13 @@ def columns_of(block: Block, points: np.ndarray, shared: np.ndarray, laws: Laws,
                pairs: Sequence[Pair]) -> Columns:
     """The columns about these parameters, with those of `pairs`, among which are those of `laws`."""
     own, fixed = block.columns(points, laws, predicted)
-    found = mapped(lambda pair: block.basis(pair, points, laws, predicted), pairs)
-    basis = {pair: columns for pair, columns in zip(pairs, found, strict=True) if columns.shape[1]}
+    computed = mapped(lambda pair: block.basis(pair, points, laws, predicted), pairs)
+    bases = {pair: columns for pair, columns in zip(pairs, computed, strict=True) if columns.shape[1]}
     z = block.measured - predicted + np.einsum("nq,nqk->nk", points, own) + shared @ fixed
     for pair, values in laws:
-        if pair in basis:
-            z = z + values @ basis[pair]
-    return Columns(own, fixed, basis, z)
+        if pair in bases:
+            z = z + values @ bases[pair]
+    return Columns(own, fixed, bases, z)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +114,7 @@ class Part:
 def part_of(block: Block, columns: Columns, noise: BlockNoise) -> Part:
     """The products of columns."""
     shared = columns.fixed.shape[1]
-    ends = shared + np.cumsum([0, *(its.shape[1] for its in columns.of_laws.values())])
+    ends = shared + np.cumsum([0, *(basis.shape[1] for basis in columns.of_laws.values())])
     gram = gram_of(block, columns.each, columns.z, noise, int(ends[-1] - ends[0]))
     return Part(gram, shared, {pair: np.arange(ends[i], ends[i + 1]) for i, pair in enumerate(columns.of_laws)})
 
@@ -132,19 +132,20 @@ def further_of(block: Block, columns: Columns, noise: BlockNoise,
     """The products of pairs with columns `bases` (n, m, k), each tried without the others, beside the `columns`."""
     if not bases:
         return {}
-    common, ends = sum(its.shape[1] for its in columns.each) + 1, np.cumsum([its.shape[1] for its in bases.values()])
+    common = sum(group.shape[1] for group in columns.each) + 1
+    ends = np.cumsum([basis.shape[1] for basis in bases.values()])
     onto = np.empty((len(columns.z), ends[-1], common))
-    among = {pair: np.empty((len(its), its.shape[1], its.shape[1])) for pair, its in bases.items()}
+    among = {pair: np.empty((len(basis), basis.shape[1], basis.shape[1])) for pair, basis in bases.items()}
 
     def multiply(rows: slice, white: np.ndarray) -> None:
         further = white[:, common:]
         onto[rows] = further @ white[:, :common].transpose(0, 2, 1)
-        for square, its in zip(among.values(), np.split(further, ends[:-1], axis=1), strict=True):
-            square[rows] = its @ its.transpose(0, 2, 1)
+        for square, white_basis in zip(among.values(), np.split(further, ends[:-1], axis=1), strict=True):
+            square[rows] = white_basis @ white_basis.transpose(0, 2, 1)
 
     _each_white(block, [*columns.each, columns.z[:, None], *bases.values()], noise, multiply)
-    return {pair: Further(its, among[pair])
-            for pair, its in zip(bases, np.split(onto, ends[:-1], axis=1), strict=True)}
+    return {pair: Further(products, among[pair])
+            for pair, products in zip(bases, np.split(onto, ends[:-1], axis=1), strict=True)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,19 +164,19 @@ class Joint:
     def beside(self, pair: Pair, products: Sequence[Further]) -> "Joint":
         """With a further pair that has these `products` in each part."""
         old, first = self.gram.products, len(self.gram.precision)
-        size = max(one.among.shape[1] for one in products)
+        size = max(further.among.shape[1] for further in products)
         end = first + size
-        found = np.zeros((len(old), end + 1, end + 1))
-        found[:, :first, :first], found[:, :first, end] = old[:, :first, :first], old[:, :first, first]
-        found[:, end, :first], found[:, end, end] = old[:, first, :first], old[:, first, first]
-        for one, rows, columns in zip(products, self.rows, self.columns, strict=True):
-            its, there = np.arange(first, first + one.among.shape[1]), np.append(rows, end)
-            onto = one.onto[:, :, np.append(columns, one.onto.shape[2] - 1)]
-            found[:, its[:, None], there] += onto
-            found[:, there[:, None], its] += onto.transpose(0, 2, 1)
-            found[:, its[:, None], its] += one.among
+        wider = np.zeros((len(old), end + 1, end + 1))
+        wider[:, :first, :first], wider[:, :first, end] = old[:, :first, :first], old[:, :first, first]
+        wider[:, end, :first], wider[:, end, end] = old[:, first, :first], old[:, first, first]
+        for further, rows, columns in zip(products, self.rows, self.columns, strict=True):
+            places, there = np.arange(first, first + further.among.shape[1]), np.append(rows, end)
+            onto = further.onto[:, :, np.append(columns, further.onto.shape[2] - 1)]
+            wider[:, places[:, None], there] += onto
+            wider[:, there[:, None], places] += onto.transpose(0, 2, 1)
+            wider[:, places[:, None], places] += further.among
         precision = np.append(self.gram.precision, np.full(size, LAW_PRECISION))
-        gram = replace(self.gram, products=found, precision=precision, target=np.zeros(end))
+        gram = replace(self.gram, products=wider, precision=precision, target=np.zeros(end))
         return replace(self, gram=gram, places={**self.places, pair: np.arange(first, end)})
 
 
@@ -185,24 +186,24 @@ def joined(parts: Sequence[Part], laws: Sequence[Pair]) -> Joint:
         own = np.arange(len(parts[0].gram.precision))
         at = {law: parts[0].gram.random + places for law, places in parts[0].places.items()}
         return Joint(parts[0].gram, at, [own], [own])
-    random, shared = [one.gram.random for one in parts], [one.shared for one in parts]
+    random, shared = [part.gram.random for part in parts], [part.shared for part in parts]
     places, first = {}, sum(random) + sum(shared)
     for law in laws:
-        size = max((len(one.places[law]) for one in parts if law in one.places), default=0)
+        size = max((len(part.places[law]) for part in parts if law in part.places), default=0)
         places[law] = np.arange(first, first + size)
         first += size
     products = np.zeros((len(parts[0].gram), first + 1, first + 1))
     precision, rows, columns = np.full(first, LAW_PRECISION), [], []
-    for b, one in enumerate(parts):
+    for b, part in enumerate(parts):
         own = np.arange(random[b] + shared[b])
         to = np.concatenate([sum(random[:b]) + np.arange(random[b]), sum(random) + sum(shared[:b])
                              + np.arange(shared[b])])
-        precision[to] = one.gram.precision[own]
-        mine = [law for law in laws if law in one.places]
-        columns.append(np.concatenate([own, *(random[b] + one.places[law] for law in mine)]))
-        here = np.append(columns[b], one.gram.products.shape[1] - 1)
-        rows.append(np.concatenate([to, *(places[law][:len(one.places[law])] for law in mine)]))
+        precision[to] = part.gram.precision[own]
+        mine = [law for law in laws if law in part.places]
+        columns.append(np.concatenate([own, *(random[b] + part.places[law] for law in mine)]))
+        here = np.append(columns[b], part.gram.products.shape[1] - 1)
+        rows.append(np.concatenate([to, *(places[law][:len(part.places[law])] for law in mine)]))
         there = np.append(rows[b], first)
-        products[:, there[:, None], there] += one.gram.products[:, here[:, None], here]
-    widest = np.concatenate([one.gram.widest for one in parts])
+        products[:, there[:, None], there] += part.gram.products[:, here[:, None], here]
+    widest = np.concatenate([part.gram.widest for part in parts])
     return Joint(Gram(products, sum(random), precision, np.zeros(first), widest), places, rows, columns)

@@ -19,16 +19,16 @@ CLOCKS = {"valve": "pressure", "clutch": "output_torque", "load": "output_speed"
 
 def parameters_of(fits: Mapping[str, BlockFit]) -> dict[str, np.ndarray]:
     """Parameter or condition -> (n,) relative to nominal; errors of a level of a condition are those of each run."""
-    found: dict[str, np.ndarray] = {}
-    for one in fits.values():
-        block = one.block
+    parameters: dict[str, np.ndarray] = {}
+    for fit in fits.values():
+        block = fit.block
         if isinstance(block, ValveBlock | ClutchBlock | LoadBlock | InputBlock):
-            own = {name: values for name, values in zip(block.random, one.points.T, strict=True) if name not in _KICKS}
-            errors = block.level_errors(one.shared) if isinstance(block, LoadBlock | InputBlock) else {}
-            found |= {name: values + errors.get(name, 0.0) for name, values in own.items()}
-    if "load_inertia" in found:
-        found["load_inertia"] = 1 / (1 + found["load_inertia"]) - 1  # the block's parameter is that of its inverse
-    return found
+            own = {name: values for name, values in zip(block.random, fit.points.T, strict=True) if name not in _KICKS}
+            errors = block.level_errors(fit.shared) if isinstance(block, LoadBlock | InputBlock) else {}
+            parameters |= {name: values + errors.get(name, 0.0) for name, values in own.items()}
+    if "load_inertia" in parameters:
+        parameters["load_inertia"] = 1 / (1 + parameters["load_inertia"]) - 1  # the block has that of the inverse
+    return parameters
 
 
 def clocks_of(fits: Mapping[str, BlockFit]) -> dict[str, float]:
@@ -42,5 +42,5 @@ def clocks_of(fits: Mapping[str, BlockFit]) -> dict[str, float]:
 
 def converter_of(fits: Mapping[str, BlockFit], given: Converter) -> Converter:
     """The converter with the errors of its curve that the input block has found; `given` where it is closed."""
-    one = fits.get("input")
-    return one.block.converter(one.shared) if one and isinstance(one.block, InputBlock) else given
+    fit = fits.get("input")
+    return fit.block.converter(fit.shared) if fit and isinstance(fit.block, InputBlock) else given

@@ -29,7 +29,7 @@ def outlying(chi_squares: Sequence[np.ndarray], settings: NamingSettings) -> np.
     """Engagements (n,) far worse than the others in one of some blocks, the worst first; none without blocks."""
     if not chi_squares:
         return np.zeros(0, int)
-    off = np.max([_misfit(one, settings) for one in chi_squares], axis=0)
+    off = np.max([_misfit(chi_square, settings) for chi_square in chi_squares], axis=0)
     return np.asarray(np.argsort(-off, kind="stable")[:int((off > 1).sum())])
 
 
@@ -38,11 +38,11 @@ def own_noise(scene: Scene) -> np.ndarray:
 
     Third differences are noise: what a model lacks is slower. An engagement with more noise is not described worse.
     """
-    found = np.ones(len(scene))
+    power = np.ones(len(scene))
     for name in scene.smooth:
         size = np.median(np.abs(np.diff(scene.measured(name), 3, axis=1)), axis=1)
-        found = np.maximum(found, (size / max(float(np.median(size)), _LEAST_NOISE)) ** 2)
-    return found
+        power = np.maximum(power, (size / max(float(np.median(size)), _LEAST_NOISE)) ** 2)
+    return power
 
 
 def foreign(scene: Scene, fits: Sequence[BlockFit] = ()) -> np.ndarray:
@@ -51,7 +51,7 @@ def foreign(scene: Scene, fits: Sequence[BlockFit] = ()) -> np.ndarray:
     No effect does that, so that they may be many. If they are most, the bench is another one, and none is meant. The
     `fits` are those of `bare`, if they are known.
     """
-    bad = _worst_first(scene, lambda one: _unexplained(one) / (1 - _EXPLAINED), 1.0, fits)
+    bad = _worst_first(scene, lambda fit: _unexplained(fit) / (1 - _EXPLAINED), 1.0, fits)
     return bad if bad.mean() < 0.5 else np.zeros(len(scene), bool)
 
 
@@ -61,7 +61,7 @@ def implausible(scene: Scene, fits: Sequence[BlockFit] = ()) -> np.ndarray:
     The `fits` are those of `bare`, if they are known.
     """
     settings = scene.settings
-    return _worst_first(scene, lambda one: np.maximum(_misfit(one.chi2, settings), _unbelievable(one, settings)),
+    return _worst_first(scene, lambda fit: np.maximum(_misfit(fit.chi2, settings), _unbelievable(fit, settings)),
                         settings.most_outlying, fits)
 
 
@@ -79,8 +79,8 @@ def _worst_first(scene: Scene, doubt_of: Callable[[BlockFit], np.ndarray], most:
     bad = np.zeros(len(scene), bool)
     while not bad.all():
         kept = np.flatnonzero(~bad)
-        its = fits if fits and not bad.any() else bare(scene.take(kept))
-        doubt = np.max([doubt_of(one) for one in its], axis=0)
+        kept_fits = fits if fits and not bad.any() else bare(scene.take(kept))
+        doubt = np.max([doubt_of(fit) for fit in kept_fits], axis=0)
         worst = kept[doubt > max(1.0, doubt.max() / 2)]
         if not len(worst) or bad.sum() + len(worst) > most * len(scene):
             break
@@ -88,15 +88,15 @@ def _worst_first(scene: Scene, doubt_of: Callable[[BlockFit], np.ndarray], most:
     return bad
 
 
-def _unexplained(one: BlockFit) -> np.ndarray:
+def _unexplained(fit: BlockFit) -> np.ndarray:
     """What a block does not explain (n,), over the typical variance of its signal; 0 where that is a difference.
 
     The variance of one engagement would be small where its signal hardly changes.
     """
-    if one.block.name == "lock":
-        return np.zeros(len(one.predicted))
-    measured, left = (np.where(one.block.counted, values, np.nan)
-                      for values in (one.block.measured, one.block.measured - one.predicted))
+    if fit.block.name == "lock":
+        return np.zeros(len(fit.predicted))
+    measured, left = (np.where(fit.block.counted, values, np.nan)
+                      for values in (fit.block.measured, fit.block.measured - fit.predicted))
     return np.asarray(np.nanmean(left**2, axis=1) / np.median(np.nanvar(measured, axis=1)))
 
 
@@ -106,13 +106,13 @@ def _misfit(chi_square: np.ndarray, settings: NamingSettings) -> np.ndarray:
     return np.asarray(off / (settings.outlying * np.maximum(_LEAST_SPREAD, spread)))
 
 
-def _unbelievable(one: BlockFit, settings: NamingSettings) -> np.ndarray:
+def _unbelievable(fit: BlockFit, settings: NamingSettings) -> np.ndarray:
     """How far the parameters of engagements (n,) are from those of the others, 1 where they are beyond belief.
 
     By such parameters a valve explains a reversed sensor, and a load inertia a speed sensor that froze.
     """
-    off, spread = _from_median(one.fitted.each)  # a single one may pull the mean of all
-    far = np.abs(off) / np.maximum(_BELIEVED * one.block.widest, settings.outlying * spread)
+    off, spread = _from_median(fit.fitted.each)  # a single one may pull the mean of all
+    far = np.abs(off) / np.maximum(_BELIEVED * fit.block.widest, settings.outlying * spread)
     return np.asarray(far.max(axis=1))
 
 

@@ -101,7 +101,7 @@ class Start:
     @property
     def chi_squares(self) -> list[np.ndarray]:
         """Chi-squares (n,) of the engagements in the blocks behind the valve."""
-        return [one.chi2 for one in (*self.fits.values(), *([self.closing.onset] if self.closing else []))]
+        return [block_fit.chi2 for block_fit in (*self.fits.values(), *([self.closing.onset] if self.closing else []))]
 
 
 def begin(scene: Scene, ask: Ask, known: Onset | None = None, keep: Callable[[Start], None] = lambda _: None) -> Start:
@@ -149,8 +149,8 @@ def begin(scene: Scene, ask: Ask, known: Onset | None = None, keep: Callable[[St
         ask(Asked("input", ("input",)))
         scene, fits["input"] = _first(InputBlock, scene)
     if fits:  # what the shafts say of their parameters moves the torque from lock-up on
-        found = parameters_of(fits), converter_of(fits, scene.bench.physics.curves)
-        scene = scene.explained("output_torque", scene.model_torque(torque, *found))
+        parameters, converter = parameters_of(fits), converter_of(fits, scene.bench.physics.curves)
+        scene = scene.explained("output_torque", scene.model_torque(torque, parameters, converter))
     if "load" in can:
         scene, load_block, fits["load"] = _again(LoadBlock, scene)
     if "input" in can:
@@ -168,8 +168,8 @@ def begin(scene: Scene, ask: Ask, known: Onset | None = None, keep: Callable[[St
 
 def _again(kind: type[Linear], scene: Scene) -> tuple[Scene, Linear, BlockFit]:
     """A block of a scene whose noise is known and its fit, and the scene with the speed that it explains."""
-    found = fit(block := kind(scene))
-    return _explained(scene, block, found), block, found
+    block_fit = fit(block := kind(scene))
+    return _explained(scene, block, block_fit), block, block_fit
 
 
 def _first(kind: type[Linear], scene: Scene) -> tuple[Scene, BlockFit]:
@@ -178,29 +178,29 @@ def _first(kind: type[Linear], scene: Scene) -> tuple[Scene, BlockFit]:
     Laws of torques over a speed depend on the one that the first fit explains. The smoothed measured one shares noise
     with the residual, which strongly correlated noise turns into laws.
     """
-    found = fit(block := kind(scene))
-    return _explained(_with_noise(scene, found), block, found), found
+    block_fit = fit(block := kind(scene))
+    return _explained(_with_noise(scene, block_fit), block, block_fit), block_fit
 
 
-def _explained(scene: Scene, block: Block, found: BlockFit) -> Scene:
+def _explained(scene: Scene, block: Block, block_fit: BlockFit) -> Scene:
     """The scene with the speed that a fit explains; the pressure is explained once the valve has its laws."""
     if not isinstance(block, LoadBlock | InputBlock):
         return scene
-    return scene.explained(block.signal, block.true_speed(found.predicted))
+    return scene.explained(block.signal, block.true_speed(block_fit.predicted))
 
 
-def _with_noise(scene: Scene, *found: BlockFit) -> Scene:
+def _with_noise(scene: Scene, *block_fits: BlockFit) -> Scene:
     """The scene with the noise of a signal that blocks leave, each where it counts."""
-    return scene.with_noise(found[0].block.signal, *_left(found), found[0].noise)
+    return scene.with_noise(block_fits[0].block.signal, *_left(block_fits), block_fits[0].noise)
 
 
-def _left(found: Sequence[BlockFit]) -> tuple[np.ndarray, np.ndarray]:
+def _left(block_fits: Sequence[BlockFit]) -> tuple[np.ndarray, np.ndarray]:
     """What blocks of a signal leave and where it counts, in rows of their own.
 
     Where one block follows another what is left jumps, because each has parameters of its own.
     """
-    return (np.concatenate([one.block.measured - one.predicted for one in found]),
-            np.concatenate([one.block.counted for one in found]))
+    return (np.concatenate([block_fit.block.measured - block_fit.predicted for block_fit in block_fits]),
+            np.concatenate([block_fit.block.counted for block_fit in block_fits]))
 
 
 def noise_left(start: Start, fits: Mapping[str, BlockFit]) -> dict[str, Noise]:
@@ -213,17 +213,18 @@ def noise_left(start: Start, fits: Mapping[str, BlockFit]) -> dict[str, Noise]:
         leave.append([start.valve[1]])
     if start.closing is not None:
         leave.append([start.closing.onset, fits["contact"]])
-    return {**start.noise, **{its[0].block.signal: noise_of(*_left(its), its[0].noise) for its in leave}}
+    return {**start.noise, **{block_fits[0].block.signal: noise_of(*_left(block_fits), block_fits[0].noise)
+                              for block_fits in leave}}
 
 
 def _rough(scene: Scene, pressure: np.ndarray, late: Late | None, known: Onset | None) -> CurvedFit:
     """The piston until shortly after the torque sets in, from a search, or from what is known if that ends better."""
     block = OnsetBlock(scene, pressure, late)
     clock = np.zeros(len(block.fixed))
-    found = fit_curved(block, points=retimed(block, search(block, clock), clock, ()), iterations=8)
+    searched = fit_curved(block, points=retimed(block, search(block, clock), clock, ()), iterations=8)
     if known is None:
-        return found
-    return max(found, fit_curved(block, points=known.points, shared=known.shared, iterations=8), key=evidence_of)
+        return searched
+    return max(searched, fit_curved(block, points=known.points, shared=known.shared, iterations=8), key=evidence_of)
 
 
 def _plates(scene: Scene) -> dict[str, np.ndarray]:

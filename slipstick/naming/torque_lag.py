@@ -24,14 +24,15 @@ def gained_elsewhere(clutch: CurvedFit, others: Mapping[str, BlockFit]) -> np.nd
 
     It has the same coefficients in the linear models of all blocks then. It is 0 without blocks that the torque drives.
     """
-    driven = [one for one in others.values() if OF_SENSOR in one.block.pairs() and OF_SENSOR not in one.laws]
-    driven = [one for one in driven if one.block.name != "contact"]  # its samples are some of those of the clutch
+    driven = [fit for fit in others.values() if OF_SENSOR in fit.block.pairs() and OF_SENSOR not in fit.laws]
+    driven = [fit for fit in driven if fit.block.name != "contact"]  # its samples are some of those of the clutch
     if not driven:
         return np.zeros(len(clutch.points))
-    its = part_of(clutch.block, clutch.columns(clutch.laws), clutch.noise)
-    its = replace(its, places={OF_SENSOR if law == OF_FRICTION else law: at for law, at in its.places.items()})
-    parts = [*(part_of(one.block, one.columns((*one.laws, OF_SENSOR)), one.noise) for one in driven), its]
+    clutch_part = part_of(clutch.block, clutch.columns(clutch.laws), clutch.noise)
+    clutch_part = replace(clutch_part, places={OF_SENSOR if law == OF_FRICTION else law: places
+                                               for law, places in clutch_part.places.items()})
+    parts = [*(part_of(fit.block, fit.columns((*fit.laws, OF_SENSOR)), fit.noise) for fit in driven), clutch_part]
     laws = list(dict.fromkeys(law for part in parts for law in part.places))
-    variance = np.concatenate([one.fitted.variance for one in (*driven, clutch)])
+    variance = np.concatenate([fit.fitted.variance for fit in (*driven, clutch)])
     together = estimate(joined(parts, laws).gram, variance, fixed=True)
-    return np.asarray(together.likelihood - sum(one.fitted.likelihood for one in (*driven, clutch)))
+    return np.asarray(together.likelihood - sum(fit.fitted.likelihood for fit in (*driven, clutch)))
