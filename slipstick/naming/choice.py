@@ -55,10 +55,10 @@ class Choice:
         large = [trial for trial in trials if trial.nats > NEAR * trials[0].nats]
         enough = [trial for trial in large if self._is_enough(trial)]
         chosen = self._put_usual_before_rare(enough) if enough else trials[0]
-        winner = chosen.one
+        winner = chosen.linear_gain
         apart = [self._try(gain) for gain in _split(winner, self.ranked)] if len(winner.blocks) > 1 else []
         if len(apart) > 1 and is_enough(np.sum([trial.rise for trial in apart], axis=0) - chosen.rise, self.settings):
-            own = max([trial for trial in apart if self._is_enough(trial)] or apart, key=attrgetter("nats")).one
+            own = max([trial for trial in apart if self._is_enough(trial)] or apart, key=attrgetter("nats")).linear_gain
             alone = replace(self, ranked=[gain for gain in self.ranked if gain is not winner],
                             known={pair: trial for pair, trial in self.known.items() if trial is not chosen})
             return alone.settled(own, alone.near(own))
@@ -67,15 +67,15 @@ class Choice:
         for name in winner.blocks:
             block = self.fits[name].block
             block.finer = {**block.finer, winner.pair: chosen.finer}
-        tied = rivals(chosen.rise, [(trial.rise, trial.one.pair) for trial in others], self.settings)
+        tied = rivals(chosen.rise, [(trial.rise, trial.linear_gain.pair) for trial in others], self.settings)
         finding = replace(chosen.finding, rivals=tied, next_best=self._next_best(chosen),
                           rare=with_constant_lag(winner.pair) not in self.usual)
         more = find_uneven(finding, self.compared, self.settings)
-        return replace(finding, rivals=(*finding.rivals, *more)), chosen.its
+        return replace(finding, rivals=(*finding.rivals, *more)), chosen.fits
 
     def _put_usual_before_rare(self, trials: Sequence[Tried]) -> Tried:
         """The first of `trials`, or where that is a rare pair the first usual one that it does not lead."""
-        usual = [trial for trial in trials if trial.one.pair in self.usual]
+        usual = [trial for trial in trials if trial.linear_gain.pair in self.usual]
         return next((trial for trial in usual if not leads(trials[0].rise, trial.rise, self.settings)), trials[0])
 
     def _try(self, gain: Gain) -> Tried:
@@ -93,25 +93,25 @@ class Choice:
 
         One of few numbers has been tried with more already.
         """
-        pair, blocks = trial.one.pair, trial.one.blocks
+        pair, blocks = trial.linear_gain.pair, trial.linear_gain.blocks
         if not has_few_numbers(pair) and any(
-                is_unexplained(trial.its[name].chi2, self.fits[name].chi2, self.settings) for name in blocks):
+                is_unexplained(trial.fits[name].chi2, self.fits[name].chi2, self.settings) for name in blocks):
             most = finest(self.fits[blocks[0]].block, pair)
             self.known[pair] = finer_while(trial, most, self._double, self.settings.nats, self.settings.further)
         return self.known[pair]
 
     def _double(self, trial: Tried) -> Tried:
-        return tried(self.fits, trial.one, trial.finer + 1)
+        return tried(self.fits, trial.linear_gain, trial.finer + 1)
 
     def _is_enough(self, trial: Tried) -> bool:
-        return is_enough_with(self.fits, trial.its, trial.finding, self.settings)
+        return is_enough_with(self.fits, trial.fits, trial.finding, self.settings)
 
     def _next_best(self, chosen: Tried) -> Rival | None:
         """The pair that gains most after the one that was chosen, in its blocks, of those that are another effect.
 
         The lead over a pair that was not fitted in full is the one in the linear model.
         """
-        best = chosen.one
+        best = chosen.linear_gain
         behind = [Rival(pair, trial.nats, in_errors(chosen.rise - trial.rise)) for pair, trial in self.known.items()]
         for gain in self.compared:
             if gain.pair not in self.known and set(gain.blocks) <= set(best.blocks):

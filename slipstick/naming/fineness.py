@@ -14,14 +14,14 @@ class Refinable(Protocol):
     def nats(self) -> float: ...  # noqa: D102
 
 
-One = TypeVar("One", bound=Refinable)
+Law = TypeVar("Law", bound=Refinable)
 
 
-def finer_while(found: One, most: int, doubled: Callable[[One], One], nats: float, share: float = 0.0) -> One:
+def finer_while(law: Law, most: int, doubled: Callable[[Law], Law], nats: float, share: float = 0.0) -> Law:
     """A law `doubled` up to `most` times, as long as each doubling gains so many `nats`, and a `share` of its gain."""
-    while found.finer < most:
-        finer = doubled(found)
-        if finer.nats < found.nats + max(nats, share * found.nats):
+    while law.finer < most:
+        finer = doubled(law)
+        if finer.nats < law.nats + max(nats, share * law.nats):
             break
-        found = finer
-    return found
+        law = finer
+    return law

@@ -27,50 +27,50 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
     """Add pairs to the blocks of `fits` but those `closed` while the recordings ask for them, as a `step` of naming."""
     fits, findings, closed = dict(fits), list[Finding](), set(closed)
     _set_resolution(fits, settings)
-    tables, offered = dict[str, Table](), {name: one.block.pairs() for name, one in fits.items()}
-    usual = {pair for its in offered.values() for pair in its}
+    tables, offered = dict[str, Table](), {name: fit.block.pairs() for name, fit in fits.items()}
+    usual = {pair for pairs in offered.values() for pair in pairs}
     while len(closed) < len(fits):
         asked = tuple(name for name in fits if name not in closed)
         ask(Asked(step, asked, compares=True))
         tables = _tables({name: fits[name] for name in asked}, offered, tables)
-        current = list(dict.fromkeys(law for one in fits.values() for law in one.laws))
-        known = dict.fromkeys(pair for one in tables.values() for pair in one.further)
+        current = list(dict.fromkeys(law for fit in fits.values() for law in fit.laws))
+        known = dict.fromkeys(pair for block_table in tables.values() for pair in block_table.further)
         compared = gains(list(tables.values()), current, [pair for pair in known if pair not in current])
         named = {name for name in asked if fits[name].laws}
-        promising = [one for one in compared if _is_promising(one, not named & set(one.blocks), settings)]
+        promising = [gain for gain in compared if _is_promising(gain, not named & set(gain.blocks), settings)]
         lacking = _lacking(promising, usual, {name: fits[name] for name in asked}, settings)
         further = _rare(lacking, {name: fits[name].block for name in asked}, offered)
         if further:
             # Something is missing: pairs that hardly any bench has compete as well.
             offered |= {name: [*offered[name], *rare] for name, rare in further.items()}
             continue
-        compared, ranked = ([one for one in those if _may_compete(one, usual, lacking, fits)]
-                            for those in (compared, promising))
-        shown = [one for one in ranked if _is_shown(one, settings)]
+        compared, ranked = ([gain for gain in candidates if _may_compete(gain, usual, lacking, fits)]
+                            for candidates in (compared, promising))
+        shown = [gain for gain in ranked if _is_shown(gain, settings)]
         touched = set[str]()
         for best in shown or ranked[:1]:  # what only agrees is tried one at a time
             choice = Choice(fits, compared, ranked, usual, settings,
-                            lambda one: ask(Asked(step, one.blocks, one.pair)))
+                            lambda gain: ask(Asked(step, gain.blocks, gain.pair)))
             near = choice.near(best)
             # What competes with a pair in a block that has changed is compared about the new fit, in the next round.
-            if touched & {block for one in (best, *near) for block in one.blocks}:
+            if touched & {block for gain in (best, *near) for block in gain.blocks}:
                 continue
-            blocks, gain, its, finding = best.blocks, best.nats, dict[str, BlockFit](), None
-            own = all(set(one.blocks) <= set(blocks) for one in near)
+            blocks, chosen_gain, chosen_fits, finding = best.blocks, best.nats, dict[str, BlockFit](), None
+            own = all(set(gain.blocks) <= set(blocks) for gain in near)
             if not own or _left([fits[name] for name in blocks]) >= _least(blocks, findings, settings):
-                finding, its = choice.settled(best, near)
-                blocks, gain = finding.blocks, finding.gain
-            finer = finer_fits(fits, blocks, settings, gain)
-            touched |= set(best.blocks) | set(finer or its)
+                finding, chosen_fits = choice.settled(best, near)
+                blocks, chosen_gain = finding.blocks, finding.gain
+            finer = finer_fits(fits, blocks, settings, chosen_gain)
+            touched |= set(best.blocks) | set(finer or chosen_fits)
             if finer is not None:
                 fits |= finer
                 continue
-            if finding is None or not is_enough_with(fits, its, finding, settings) or (
+            if finding is None or not is_enough_with(fits, chosen_fits, finding, settings) or (
                     finding.nats < _least(blocks, findings, settings)):
                 closed |= set(best.blocks)
                 continue
             findings.append(finding)
-            fits |= its
+            fits |= chosen_fits
             closed |= {name for name in finding.blocks if len(fits[name].laws) >= settings.most}
         if not touched:
             break
@@ -79,30 +79,32 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
 
 def _least(blocks: Collection[str], findings: Sequence[Finding], settings: NamingSettings) -> float:
     """Nats that a further pair in some `blocks` must gain: a share of what the best one there has gained."""
-    return settings.further * max((one.nats for one in findings if set(one.blocks) & set(blocks)), default=0.0)
+    return settings.further * max((finding.nats for finding in findings if set(finding.blocks) & set(blocks)),
+                                  default=0.0)
 
 
 def _left(fits: Sequence[BlockFit]) -> float:
     """Nats that a law would gain in some blocks that left nothing but noise."""
-    return 0.5 * sum(float(one.excess.sum()) for one in fits)
+    return 0.5 * sum(float(fit.excess.sum()) for fit in fits)
 
 
 def lacks_something(fit: BlockFit, settings: NamingSettings) -> bool:
     """Whether a block is not explained without laws, or a usual pair promises something in it."""
     if is_unexplained(fit.chi2, fit.chi2, settings):
         return True
-    its = table(fit, fit.block.pairs())
-    return any(_is_promising(one, True, settings) for one in gains([its], (), list(its.further)))
+    block_table = table(fit, fit.block.pairs())
+    return any(_is_promising(gain, True, settings) for gain in gains([block_table], (), list(block_table.further)))
 
 
 def _tables(fits: Mapping[str, BlockFit], offered: Mapping[str, Sequence[Pair]],
             before: Mapping[str, Table]) -> dict[str, Table]:
     """The tables of fits with what is `offered`: those `before` where the fit is the same, with further pairs."""
-    known = {name: its for name, its in before.items() if name in fits and its.fit is fits[name]}
+    known = {name: block_table for name, block_table in before.items()
+             if name in fits and block_table.fit is fits[name]}
     stale = [name for name in fits if name not in known or len(offered[name]) > len(known[name].asked)]
     made = mapped(lambda name: table(fits[name], offered[name], known.get(name)), stale)
-    found = known | dict(zip(stale, made, strict=True))
-    return {name: found[name] for name in fits}  # in the order of the blocks
+    tables = known | dict(zip(stale, made, strict=True))
+    return {name: tables[name] for name in fits}  # in the order of the blocks
 
 
 def _backward(fits: Mapping[str, BlockFit], findings: Sequence[Finding],
@@ -111,16 +113,16 @@ def _backward(fits: Mapping[str, BlockFit], findings: Sequence[Finding],
     fits, kept = dict(fits), list(findings)
     for finding in findings:
         later = kept[kept.index(finding) + 1:]
-        if not any(set(one.blocks) & set(finding.blocks) for one in later):
+        if not any(set(other.blocks) & set(finding.blocks) for other in later):
             continue
         order = sharing(fits, finding.blocks)
         laws = [tuple(law for law in fits[name].laws if law != finding.pair) for name in order]
-        found = dict(zip(order, fit_together([fits[name].block for name in order], laws,
-                                             [fits[name] for name in order]), strict=True))
+        fits_without = dict(zip(order, fit_together([fits[name].block for name in order], laws,
+                                                    [fits[name] for name in order]), strict=True))
         price = np.sum([fits[name].leverage(finding.pair) for name in finding.blocks], axis=0)
-        beside = replace(finding, gain=priced(-rise_of(fits, found), price))
-        if not is_enough_with(found, fits, beside, settings):
-            fits |= found
+        beside = replace(finding, gain=priced(-rise_of(fits, fits_without), price))
+        if not is_enough_with(fits_without, fits, beside, settings):
+            fits |= fits_without
             kept.remove(finding)
     return fits, kept
 
@@ -132,49 +134,49 @@ def _lacking(promising: Sequence[Gain], usual: Collection[Pair], fits: Mapping[s
     Otherwise a rare pair would be named for what hardly matters, such as what is left of an error of the converter.
     Pairs of several blocks may promise something in one of them only.
     """
-    found = {one.blocks[0] for one in promising if one.pair in usual and len(one.blocks) == 1}
-    return found | {name for name, one in fits.items() if is_unexplained(one.chi2, one.chi2, settings)}
+    promised = {gain.blocks[0] for gain in promising if gain.pair in usual and len(gain.blocks) == 1}
+    return promised | {name for name, fit in fits.items() if is_unexplained(fit.chi2, fit.chi2, settings)}
 
 
 def _rare(lacking: Collection[str], blocks: Mapping[str, Block],
           offered: Mapping[str, Collection[Pair]]) -> dict[str, list[Pair]]:
     """The rare pairs of those blocks that are `lacking` beside what is `offered`, for each block that they act on."""
     wanted = {pair for name in lacking for pair in blocks[name].pairs(rare=True)}
-    found = {name: [pair for pair in block.pairs(rare=True) if pair in wanted and pair not in offered[name]]
-             for name, block in blocks.items()}
-    return {name: its for name, its in found.items() if its}
+    further = {name: [pair for pair in block.pairs(rare=True) if pair in wanted and pair not in offered[name]]
+               for name, block in blocks.items()}
+    return {name: pairs for name, pairs in further.items() if pairs}
 
 
-def _may_compete(one: Gain, usual: Collection[Pair], lacking: Collection[str], fits: Mapping[str, BlockFit]) -> bool:
+def _may_compete(gain: Gain, usual: Collection[Pair], lacking: Collection[str], fits: Mapping[str, BlockFit]) -> bool:
     """Whether a pair is `usual`, or acts on one of the blocks that are `lacking`.
 
     A delay that changes is much like a lag of the sensor: beside another law it only follows what few numbers leave of
     that.
     """
-    if is_changing_delay(one.pair, fits[one.blocks[0]].block.scene) and fits[one.blocks[0]].laws:
+    if is_changing_delay(gain.pair, fits[gain.blocks[0]].block.scene) and fits[gain.blocks[0]].laws:
         return False
-    return one.pair in usual or bool(set(lacking) & set(one.blocks))
+    return gain.pair in usual or bool(set(lacking) & set(gain.blocks))
 
 
-def _is_shown(one: Gain, settings: NamingSettings) -> bool:
+def _is_shown(gain: Gain, settings: NamingSettings) -> bool:
     """Whether a pair gains enough in the linear model."""
-    return is_enough(one.nats, settings) or is_shown(one.nats, one.expected, one.agreement, settings)
+    return is_enough(gain.nats, settings) or is_shown(gain.nats, gain.expected, gain.agreement, settings)
 
 
-def _is_promising(one: Gain, is_first: bool, settings: NamingSettings) -> bool:
+def _is_promising(gain: Gain, is_first: bool, settings: NamingSettings) -> bool:
     """Whether a pair gains enough in the linear model, or enough nats in a direction in which engagements agree.
 
     The linear model of a strong law, or one that few knots do not follow, may gain in few engagements although the law
     gains in most. What the first law of a block leaves agrees as well: a further one must do so beyond doubt.
     """
-    agreed = one.agreement > (settings.apart if is_first else settings.errors)
-    return _is_shown(one, settings) or bool(one.nats.sum() > settings.nats and agreed)
+    agreed = gain.agreement > (settings.apart if is_first else settings.errors)
+    return _is_shown(gain, settings) or bool(gain.nats.sum() > settings.nats and agreed)
 
 
 def _set_resolution(fits: Mapping[str, BlockFit], settings: NamingSettings) -> None:
     """More knots in blocks that are not explained, and then more columns of errors of sensors in all blocks."""
-    blocks = [one.block for one in fits.values()]
-    off = [one.block for one in fits.values() if is_unexplained(one.chi2, one.chi2, settings)]
+    blocks = [fit.block for fit in fits.values()]
+    off = [fit.block for fit in fits.values() if is_unexplained(fit.chi2, fit.chi2, settings)]
     for block in off:
         block.fine = settings.finer_knots
     if off:

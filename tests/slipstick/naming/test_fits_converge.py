@@ -76,4 +76,4 @@ def test_a_pair_is_compared_roughly_and_then_fitted_to_the_end() -> None:
     again = to_the_end({"valve": bare}, complete)
     assert again.nats == pytest.approx(complete.nats, abs=1.0)
     assert 1.0 < complete.nats - rough.nats < 1e-3 * complete.nats
-    assert complete.its["valve"].points == pytest.approx(again.its["valve"].points, abs=1e-3)
+    assert complete.fits["valve"].points == pytest.approx(again.fits["valve"].points, abs=1e-3)

@@ -168,8 +168,8 @@ def test_a_lag_of_the_converter_over_the_slip_is_followed_and_measured() -> None
     right, *others = (tried(fits, one, 0) for one in sorted(in_linear_model([about], [], list(about.further)),
                                                             key=lambda one: one.pair != OVER_SLIP))
     assert all(right.nats > one.nats + 100 * SETTINGS.nats for one in others)
-    assert right.its["input"].chi2.mean() < 1.1 < others[0].its["input"].chi2.mean()
-    found = law_points(right.its["input"], OVER_SLIP)
+    assert right.fits["input"].chi2.mean() < 1.1 < others[0].fits["input"].chi2.mean()
+    found = law_points(right.fits["input"], OVER_SLIP)
     assert found.x is not None
     assert len(found.x) >= len(law.x) - 1  # one next to a slip of 0 is hardly passed
     assert np.abs(found.change - np.interp(found.x, law.x, true)).max() < 0.3 * LATEST
