@@ -26,8 +26,8 @@ def lacks_pressure(start: Start, settings: NamingSettings) -> bool:
     """Whether the valve is not explained with its laws."""
     if start.valve is None:
         return False
-    bare, found = start.valve
-    return is_unexplained(found.chi2, bare.chi2, settings)
+    bare, with_laws = start.valve
+    return is_unexplained(with_laws.chi2, bare.chi2, settings)
 
 
 def closed(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding], settings: NamingSettings,
@@ -40,23 +40,23 @@ def closed(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding], 
     block.fine, block.finer = contact.block.fine, contact.block.finer
     places = [start.closing.onset.points, *_searched(block, contact)]
     clutch = _settled(block, contact, places, contact.laws)
-    alone, without = {one.pair for one in findings if one.blocks == ("contact",)}, None
+    alone, without = {finding.pair for finding in findings if finding.blocks == ("contact",)}, None
     if alone and is_unexplained(clutch.chi2, clutch.chi2, settings):
         without = _settled(block, contact, places[:1], [law for law in contact.laws if law not in alone])
         if evidence_of(without) > evidence_of(clutch):  # the closing plates contradict what full contact suggests
-            clutch, findings = without, [one for one in findings if one.pair not in alone]
+            clutch, findings = without, [finding for finding in findings if finding.pair not in alone]
         else:
             least = settings.further * (evidence_of(clutch) - evidence_of(without))
             clutch = followed(block, clutch, settings, least)
     if lacks_pressure(start, settings):  # the piston integrates the error of the pressure
         return clutch, findings
-    in_contact = [one for one in findings if "contact" in one.blocks]
+    in_contact = [finding for finding in findings if "contact" in finding.blocks]
 
-    def ask_of(its: ClutchBlock, begun: CurvedFit, named: Sequence[Finding]) -> tuple[CurvedFit, list[Finding]]:
-        return closing(its, begun, settings, ask, named, lambda one: gained_elsewhere(one, fits))
+    def ask_of(asked_block: ClutchBlock, begun: CurvedFit, named: Sequence[Finding]) -> tuple[CurvedFit, list[Finding]]:
+        return closing(asked_block, begun, settings, ask, named, lambda fit: gained_elsewhere(fit, fits))
 
-    clutch, found = ask_of(block, clutch, in_contact)
-    alone = {one.pair for one in in_contact if one.blocks == ("contact",)}
+    clutch, clutch_findings = ask_of(block, clutch, in_contact)
+    alone = {finding.pair for finding in in_contact if finding.blocks == ("contact",)}
     if alone and is_unexplained(clutch.chi2, clutch.chi2, settings):
         # Plates that meet where no law lets them show in full contact as laws of the friction, beside which none of the
         # piston is found. Without them, the clutch may name what it lacks.
@@ -64,10 +64,10 @@ def closed(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding], 
         other.finer = contact.block.finer
         begun = _settled(other, contact, places[:1], [law for law in contact.laws if law not in alone]) \
             if without is None else replace(without, block=other)
-        again, others = ask_of(other, begun, [one for one in in_contact if one.pair not in alone])
+        again, others = ask_of(other, begun, [finding for finding in in_contact if finding.pair not in alone])
         if not is_unexplained(again.chi2, again.chi2, settings) and _worth(again) > _worth(clutch):
-            clutch, found = again, others
-    return clutch, [*(one for one in findings if one not in in_contact), *found]
+            clutch, clutch_findings = again, others
+    return clutch, [*(finding for finding in findings if finding not in in_contact), *clutch_findings]
 
 
 def _worth(fit: CurvedFit) -> float:
@@ -87,5 +87,6 @@ def _searched(block: ClutchBlock, contact: BlockFit) -> list[np.ndarray]:
 def _settled(block: ClutchBlock, contact: BlockFit, places: Sequence[np.ndarray], laws: Sequence[Pair]) -> CurvedFit:
     """The best fit with these laws from several points (n, q), with the friction coefficients of full contact."""
     starts = [np.concatenate([contact.points[:, :1], points[:, 1:]], axis=1) for points in places]
-    found = mapped(lambda its: settled(copy(block), its, contact.shared[:1], tuple(laws), contact.coefficients), starts)
-    return replace(max(found, key=evidence_of), block=block)
+    fits = mapped(lambda points: settled(copy(block), points, contact.shared[:1], tuple(laws), contact.coefficients),
+                  starts)
+    return replace(max(fits, key=evidence_of), block=block)

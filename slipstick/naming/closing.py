@@ -66,14 +66,14 @@ class _Tried:
 def _best_of(tried: Sequence[_Tried]) -> list[_Tried]:
     """The best fit with each pair, the largest gain first."""
     best = dict[Pair, _Tried]()
-    for one in sorted(tried, key=lambda one: -one.nats):
-        best.setdefault(one.pair, one)
+    for trial in sorted(tried, key=lambda trial: -trial.nats):
+        best.setdefault(trial.pair, trial)
     return list(best.values())
 
 
 def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, ask: Ask = lambda _: None,
             named: Sequence[Finding] = (),
-            elsewhere: Callable[[CurvedFit], np.ndarray] = lambda one: np.zeros(len(one.points)),
+            elsewhere: Callable[[CurvedFit], np.ndarray] = lambda fit: np.zeros(len(fit.points)),
             ) -> tuple[CurvedFit, list[Finding]]:
     """Add pairs of the piston to the fit `start` while they gain enough.
 
@@ -81,8 +81,8 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, ask:
     Those of its laws that were `named` in full contact come first among the findings, as far as the whole clutch asks
     for them beside those of the piston.
     """
-    now, found, nats = start, list[Finding](), max((one.nats for one in named), default=0.0)
-    while len(found) < _MOST:
+    now, findings, nats = start, list[Finding](), max((finding.nats for finding in named), default=0.0)
+    while len(findings) < _MOST:
         tried = _tried(block, now, settings, ask)
         enough = _enough(tried, now, settings)
         lags = lags_beside(block, now)
@@ -94,35 +94,36 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, ask:
             again = _again(block, now, enough[0].fit)
             if (again.evidence - now.evidence).sum() > settings.nats:
                 now = again
-                tried = _best_of([*(one.beside(now) for one in enough),
-                                  *_tried(block, now, settings, ask, [one.pair for one in enough])])
+                tried = _best_of([*(trial.beside(now) for trial in enough),
+                                  *_tried(block, now, settings, ask, [trial.pair for trial in enough])])
                 enough = _enough(tried, now, settings)
         if enough or is_unexplained(now.chi2, now.chi2, settings):
             finer = _finer(block, now, settings, enough[0].gain if enough else None)
             if finer is not None:
                 now = followed(block, finer, settings)
                 continue
-        if not enough or enough[0].gain.sum() < settings.further * max(nats, sum(one.nats for one in found)):
+        if not enough or enough[0].gain.sum() < settings.further * max(nats, sum(finding.nats for finding in findings)):
             break
         best = _plainest(enough, settings)
         now, block.finer = best.fit, {**block.finer, best.pair: best.finer}
-        sensors = [(one.gain + elsewhere(one.fit), OF_SENSOR) for one in enough if one.pair == OF_FRICTION]
+        sensors = [(trial.gain + elsewhere(trial.fit), OF_SENSOR) for trial in enough if trial.pair == OF_FRICTION]
         alike = _alike(best, tried)
-        apart = [one for one in tried if one is not best and one not in alike]
-        tied = rivals(best.gain, [*((one.gain, one.pair) for one in apart if one in enough), *sensors], settings)
-        tied += tuple(Rival(one.pair, one.nats, in_errors(best.gain - one.gain)) for one in alike)
+        apart = [trial for trial in tried if trial is not best and trial not in alike]
+        tied = rivals(best.gain, [*((trial.gain, trial.pair) for trial in apart if trial in enough), *sensors],
+                      settings)
+        tied += tuple(Rival(trial.pair, trial.nats, in_errors(best.gain - trial.gain)) for trial in alike)
         others = [Rival(pair, float(gain.sum()), in_errors(best.gain - gain))
-                  for gain, pair in [*((one.gain, one.pair) for one in apart), *sensors]]
-        found.append(Finding(("clutch",), best.pair, best.gain, tied, next_best(best.pair, others),
-                             best.expected, best.agreement))
-    return _backward(block, now, named, found, settings)
+                  for gain, pair in [*((trial.gain, trial.pair) for trial in apart), *sensors]]
+        findings.append(Finding(("clutch",), best.pair, best.gain, tied, next_best(best.pair, others),
+                                best.expected, best.agreement))
+    return _backward(block, now, named, findings, settings)
 
 
 def _again(block: ClutchBlock, now: CurvedFit, other: CurvedFit) -> CurvedFit:
     """The best fit with the laws of `now` that begins where the `other` one, with a further law, ended."""
-    its = {law: other.coefficients[law] for law in now.laws}
+    coefficients = {law: other.coefficients[law] for law in now.laws}
     points = retimed(block, other.points, other.shared, now.held)
-    return max(fit_curved(block, now.laws, points=other.points, coefficients=its, shared=other.shared),
+    return max(fit_curved(block, now.laws, points=other.points, coefficients=coefficients, shared=other.shared),
                fit_curved(block, now.laws, points=points, coefficients=now.coefficients, shared=other.shared),
                from_common(block, other.mean, other.shared, now.held, iterations=12), key=evidence_of)
 
@@ -130,26 +131,28 @@ def _again(block: ClutchBlock, now: CurvedFit, other: CurvedFit) -> CurvedFit:
 def _tried(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, ask: Ask,
            pairs: Sequence[Pair] | None = None) -> list[_Tried]:
     """Those of the `pairs` that promise most, the largest gain first."""
-    tried = [_Tried(linear.pair, priced(one.evidence - now.evidence, one.leverage(linear.pair)), one,
-                    block.finer.get(linear.pair, 0), linear.agreement)
-             for linear, one in fits_with_pairs(block, now, settings, pairs, ask)]
-    most = max((one.nats for one in tried), default=0.0)
-    found = [_finest(block, now, one, settings) if one.nats > max(settings.nats, NEAR * most) else one for one in tried]
-    return sorted(found, key=lambda one: -one.nats)
+    tried = [_Tried(linear_gain.pair, priced(fit.evidence - now.evidence, fit.leverage(linear_gain.pair)), fit,
+                    block.finer.get(linear_gain.pair, 0), linear_gain.agreement)
+             for linear_gain, fit in fits_with_pairs(block, now, settings, pairs, ask)]
+    most = max((trial.nats for trial in tried), default=0.0)
+    tried = [_finest(block, now, trial, settings) if trial.nats > max(settings.nats, NEAR * most) else trial
+             for trial in tried]
+    return sorted(tried, key=lambda trial: -trial.nats)
 
 
-def _finest(block: ClutchBlock, now: CurvedFit, found: _Tried, settings: NamingSettings) -> _Tried:
+def _finest(block: ClutchBlock, now: CurvedFit, trial: _Tried, settings: NamingSettings) -> _Tried:
     """A pair with as many knots as gain more than a share: few do not follow a strong law that bends often."""
-    before, pair = block.finer, found.pair
+    before, pair = block.finer, trial.pair
 
-    def doubled(one: _Tried) -> _Tried:
-        block.finer = {**before, pair: one.finer}
-        its = _resolved(block, one.fit, [pair])
-        return replace(one, gain=priced(its.evidence - now.evidence, its.leverage(pair)), fit=its, finer=one.finer + 1)
+    def doubled(coarse: _Tried) -> _Tried:
+        block.finer = {**before, pair: coarse.finer}
+        fit = _resolved(block, coarse.fit, [pair])
+        return replace(coarse, gain=priced(fit.evidence - now.evidence, fit.leverage(pair)), fit=fit,
+                       finer=coarse.finer + 1)
 
-    found = finer_while(found, finest(block, pair), doubled, settings.nats, settings.further)
+    trial = finer_while(trial, finest(block, pair), doubled, settings.nats, settings.further)
     block.finer = before
-    return found
+    return trial
 
 
 def _enough(tried: Sequence[_Tried], now: CurvedFit, settings: NamingSettings) -> list[_Tried]:
@@ -157,16 +160,16 @@ def _enough(tried: Sequence[_Tried], now: CurvedFit, settings: NamingSettings) -
 
     What few engagements show counts only if the one that gains most is enough.
     """
-    found = [one for one in tried if is_finding(one.gain, one.expected, one.agreement, now.chi2[None],
-                                                one.fit.chi2[None], settings)]
-    return found if found[:1] == tried[:1] else [
-        one for one in tried if is_shown(one.gain, one.expected, one.agreement, settings)]
+    enough = [trial for trial in tried if is_finding(trial.gain, trial.expected, trial.agreement, now.chi2[None],
+                                                     trial.fit.chi2[None], settings)]
+    return enough if enough[:1] == tried[:1] else [
+        trial for trial in tried if is_shown(trial.gain, trial.expected, trial.agreement, settings)]
 
 
 def _plainest(enough: Sequence[_Tried], settings: NamingSettings) -> _Tried:
     """The one that gains most. A lag that changes must lead the others: it can follow what is left of their laws."""
-    return next((one for one in enough if one.pair[0] not in CONSTANT
-                 and not leads(enough[0].gain, one.gain, settings)), enough[0])
+    return next((trial for trial in enough if trial.pair[0] not in CONSTANT
+                 and not leads(enough[0].gain, trial.gain, settings)), enough[0])
 
 
 def _alike(best: _Tried, others: Sequence[_Tried]) -> list[_Tried]:
@@ -174,7 +177,7 @@ def _alike(best: _Tried, others: Sequence[_Tried]) -> list[_Tried]:
 
     Both follow most changes of a rate, with knots that few recordings tell apart: what differs is the rate near 0.
     """
-    return [one for one in others if one.pair == OVER_RATE.get(best.pair) and one.nats > NEAR * best.nats]
+    return [trial for trial in others if trial.pair == OVER_RATE.get(best.pair) and trial.nats > NEAR * best.nats]
 
 
 def _finer(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, further: np.ndarray | None = None,
@@ -187,36 +190,36 @@ def _finer(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, further
     laws = [law for law in now.laws if before.get(law, 0) < finest(block, law)]
     if not laws:
         return None
-    found = _resolved(block, now, laws)
-    price = np.sum([found.leverage(law) - now.leverage(law) for law in laws], axis=0)
-    gain = priced(found.evidence - now.evidence, price)
+    finer = _resolved(block, now, laws)
+    price = np.sum([finer.leverage(law) - now.leverage(law) for law in laws], axis=0)
+    gain = priced(finer.evidence - now.evidence, price)
     if gain.sum() > max(settings.nats, least) and (further is None or not leads(further, gain, settings)):
-        return found
+        return finer
     block.finer = before
     return None
 
 
-def _backward(block: ClutchBlock, now: CurvedFit, named: Sequence[Finding], found: Sequence[Finding],
+def _backward(block: ClutchBlock, now: CurvedFit, named: Sequence[Finding], later: Sequence[Finding],
               settings: NamingSettings) -> tuple[CurvedFit, list[Finding]]:
-    """Without those findings of full contact alone that the clutch does not ask for beside what was `found` since.
+    """Without those findings of full contact alone that the clutch does not ask for beside `later` ones.
 
     A piston that is not explained closes the plates too early or too late, which looks like a law of the friction. The
     gain of the others is that in the whole clutch, so that they can be compared with those of the piston.
     """
     kept = list[Finding]()
-    for one in named:
-        if not found or one.blocks != ("contact",):
-            kept.append(one)
+    for finding in named:
+        if not later or finding.blocks != ("contact",):
+            kept.append(finding)
             continue
-        others = {law: c for law, c in now.coefficients.items() if law != one.pair}
+        others = {law: c for law, c in now.coefficients.items() if law != finding.pair}
         without = settled(block, now.points, now.shared, tuple(others), others)
-        now = max(now, fit_curved(block, (*others, one.pair), start=without), key=evidence_of)  # no less likely
-        gain, expected = priced(now.evidence - without.evidence, now.leverage(one.pair)), now.expected(one.pair)
-        if is_finding(gain, expected, one.agreement, without.chi2[None], now.chi2[None], settings):
-            kept.append(replace(one, gain=gain, expected=expected))
+        now = max(now, fit_curved(block, (*others, finding.pair), start=without), key=evidence_of)  # no less likely
+        gain, expected = priced(now.evidence - without.evidence, now.leverage(finding.pair)), now.expected(finding.pair)
+        if is_finding(gain, expected, finding.agreement, without.chi2[None], now.chi2[None], settings):
+            kept.append(replace(finding, gain=gain, expected=expected))
         else:
             now = without
-    return now, [*kept, *found]
+    return now, [*kept, *later]
 
 
 def followed(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, least: float = 0.0) -> CurvedFit:
@@ -236,5 +239,5 @@ def _resolved(block: ClutchBlock, now: CurvedFit, laws: Sequence[Pair]) -> Curve
     """The fit from `now` on where these of its laws have twice the resolution, which the block keeps."""
     coarse = {law: block.law(law) for law in laws}
     block.finer = {**block.finer, **{law: block.finer.get(law, 0) + 1 for law in laws}}
-    begun = {law: refined(its, now.coefficients[law], block.law(law)) for law, its in coarse.items()}
+    begun = {law: refined(law_map, now.coefficients[law], block.law(law)) for law, law_map in coarse.items()}
     return fit_curved(block, now.laws, start=now, coefficients=begun, iterations=10)

@@ -22,7 +22,7 @@ from slipstick.naming.torque_lag import OF_FRICTION
 from slipstick.naming.varying_lag import CONSTANT, with_constant_lag
 from slipstick.numerics.threads import mapped
 
-One = TypeVar("One")
+Argument = TypeVar("Argument")
 _QUANTITIES = (*CLOSING, "chamber pressure")
 _FITTED, _PROMISING = 6, 3.0  # pairs that are fitted, and the least linear gain in nats of one
 _FIRST, _FIRST_OF_LAG = 3, 10
@@ -66,42 +66,42 @@ def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings
     about = table(now, pairs)
     promising = gains([about], list(now.laws), list(about.further))
     if not (strained or lacks):
-        promising = [one for one in promising[:_FITTED] if one.nats.sum() >= _PROMISING]
-    linear = {one.pair: one for one in promising}
+        promising = [gain for gain in promising[:_FITTED] if gain.nats.sum() >= _PROMISING]
+    linear_gains = {gain.pair: gain for gain in promising}
 
     def begun_with(pair: Pair) -> CurvedFit:
-        its = copy(block)  # a fit changes where its block is
+        block_copy = copy(block)  # a fit changes where its block is
         is_lag = pair[0] in CONSTANT
-        first = fit_curved(its, (*now.laws, pair), start=now, iterations=_FIRST_OF_LAG if is_lag else _FIRST)
+        first = fit_curved(block_copy, (*now.laws, pair), start=now, iterations=_FIRST_OF_LAG if is_lag else _FIRST)
         if (strained or lacks) and not is_lag:
-            first = max(first, annealed(its, now, pair), key=evidence_of)
+            first = max(first, annealed(block_copy, now, pair), key=evidence_of)
         return replace(first, block=block)
 
     def ended(start: CurvedFit) -> CurvedFit:
-        its = copy(block)
-        best = fit_curved(its, start.laws, start=start, iterations=10)
-        again = from_common(its, best.mean, best.shared, best.held, iterations=10)
+        block_copy = copy(block)
+        best = fit_curved(block_copy, start.laws, start=start, iterations=10)
+        again = from_common(block_copy, best.mean, best.shared, best.held, iterations=10)
         best = max(best, again, key=evidence_of)
-        return replace(regained(its, best) if lacks else best, block=block)
+        return replace(regained(block_copy, best) if lacks else best, block=block)
 
-    begun = _in_threads(begun_with, list(linear), lambda pair: ask(Asked("clutch", ("clutch",), pair)))
+    begun = _in_threads(begun_with, list(linear_gains), lambda pair: ask(Asked("clutch", ("clutch",), pair)))
     begun.sort(key=evidence_of, reverse=True)
     best = begun[:1 + settings.rivals]
-    others = [one for one in begun if is_another_effect(one.laws[-1], begun[0].laws[-1])]
-    best += [one for one in others[:1] if one not in best]  # the lead is that over another effect
-    alike = {OVER_RATE[one.laws[-1]] for one in best if one.laws[-1] in OVER_RATE}
-    best += [one for one in begun if one.laws[-1] in alike and one not in best]
-    found = _in_threads(ended, best, lambda start: ask(Asked("clutch", ("clutch",), start.laws[-1])))
-    return [(linear[one.laws[-1]], one) for one in found]
+    others = [fit for fit in begun if is_another_effect(fit.laws[-1], begun[0].laws[-1])]
+    best += [fit for fit in others[:1] if fit not in best]  # the lead is that over another effect
+    alike = {OVER_RATE[fit.laws[-1]] for fit in best if fit.laws[-1] in OVER_RATE}
+    best += [fit for fit in begun if fit.laws[-1] in alike and fit not in best]
+    fits = _in_threads(ended, best, lambda start: ask(Asked("clutch", ("clutch",), start.laws[-1])))
+    return [(linear_gains[fit.laws[-1]], fit) for fit in fits]
 
 
-def _in_threads(function: Callable[[One], CurvedFit], items: Sequence[One],
-                before: Callable[[One], None]) -> list[CurvedFit]:
-    """What `function` makes of each item, by as many at a time as there are threads, `before` each of which it asks."""
-    found, threads = list[CurvedFit](), get_num_threads()
-    for start in range(0, len(items), threads):
-        some = items[start:start + threads]
-        for one in some:
-            before(one)
-        found += mapped(function, some)
-    return found
+def _in_threads(function: Callable[[Argument], CurvedFit], arguments: Sequence[Argument],
+                before: Callable[[Argument], None]) -> list[CurvedFit]:
+    """What `function` makes of each argument, as many at a time as there are threads; `before` is called with each."""
+    fits, threads = list[CurvedFit](), get_num_threads()
+    for start in range(0, len(arguments), threads):
+        batch = arguments[start:start + threads]
+        for argument in batch:
+            before(argument)
+        fits += mapped(function, batch)
+    return fits
