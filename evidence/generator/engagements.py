@@ -141,8 +141,8 @@ class Engagements:
         q: Quantities = {
             "time": time, "sequence": self.sequence, "motor_speed": self.motor_speed, "pressure": state[PRESSURE],
             "piston": state[PISTON], "input_speed": state[INPUT], "output_speed": state[OUTPUT],
-            "energy": state[ENERGY], "contact_time": state[CONTACT],
-            "output_position": state[POSITION], "heat": state[HEAT], **self.channels,
+            "slip": np.abs(state[INPUT] / self.values["gr"] - state[OUTPUT]), "energy": state[ENERGY],
+            "contact_time": state[CONTACT], "output_position": state[POSITION], "heat": state[HEAT], **self.channels,
         }
         rates = np.zeros_like(state)
         hydraulics(self, q, rates, state, phase)

@@ -95,7 +95,7 @@ def clutch(lanes: Lanes, q: Quantities, rates: np.ndarray, state: np.ndarray, ph
     s = np.minimum(np.maximum(0, (z / clearance - 1 + v["eps"]) / v["eps"]), 1)
     regime = s * s * (3 - 2 * s)
     slip = state[INPUT] / v["gr"] - state[OUTPUT]
-    q.update(piston_position=z, slip=np.abs(slip))
+    q["piston_position"] = z
     contact = z / (clearance - v["beta"]) * np.maximum(0, q["chamber_pressure"])
     contact = lanes.with_effects("contact_pressure", contact, q)
     friction = regime * lanes.with_effects("friction_coefficient", v["alpha"], q) * 1e5 * contact

@@ -17,11 +17,12 @@ from evidence.generator.bench import SENSORS
 from evidence.generator.case import Hidden, bad_runs_of, choose_runs, measure, measure_further, simulate
 from evidence.generator.dependences import KNOWN, KNOWN_PAIRS, OVER_TEMPERATURE, UNKNOWN
 from evidence.generator.draw_bench import ENGAGEMENTS, draw_bench, run_nominal
-from evidence.generator.effect import Effect
+from evidence.generator.effect import Acting, Effect
 from evidence.generator.equations import _converter_torque
 from evidence.generator.files import write_recordings
 from evidence.generator.run import Run, observe
 from evidence.generator.sensors import add_noise
+from evidence.generator.states import TOLERANCE
 from evidence.generator.strength import Scale
 from evidence.generator.temptations import TEMPTATIONS, oil_temperature, second_batch
 from evidence.generator.truth import Truth, describe
@@ -102,6 +103,14 @@ def test_known_dependences_are_those_of_the_catalogue() -> None:
     assert {alike.get(pair, pair) for pair in catalogue} == set(KNOWN_PAIRS)
     assert {each.pair for each in KNOWN} == set(KNOWN_PAIRS)
     assert not {each.pair for each in (*UNKNOWN, *OVER_TEMPERATURE)} & KNOWN_PAIRS
+
+
+def test_what_a_quantity_depends_on_is_known_where_the_equations_compute_it(drawn: Run) -> None:
+    engagements, state = drawn.engagements.take(np.zeros(1, int)), np.zeros((len(TOLERANCE), 1))
+    for each in (*KNOWN, *UNKNOWN):
+        effect = Effect(each.pair, each.block, each.quantity, each.abscissa, "difference", lambda _, x: np.ones_like(x))
+        acting = Acting(effect, 1.0, np.ones(1, bool))
+        replace(engagements, effects=(acting,)).quantities(np.zeros(1), state, np.zeros((3, 1), int))
 
 
 def test_a_law_changes_its_quantity_in_the_runs_in_which_it_acts() -> None:
