@@ -8,7 +8,7 @@ import numpy as np
 from fastapi import APIRouter, Body, Request, Response
 from pydantic import BaseModel, Field, field_validator
 
-from slipstick.black_box import Measurements
+from slipstick.black_box import Measurements, Quantity
 from slipstick.inference.inputs import table_inputs
 from slipstick.inference.likelihoods import (
     FEWEST_LINES,
@@ -151,21 +151,23 @@ def likelihood(body: Annotated[LikelihoodRequest, Body(examples=[EXAMPLE])], lib
     The probability density of a measured time is the expectation, over the inputs, of a normal density centred at the
     simulated time whose standard deviation is the output noise. The inputs of different runs are independent, so the
     log10 densities of the conditions are summed. CSV has a row for each candidate and engagement, or, without
-    `per_condition`, for each candidate.
+    `per_condition`, for each candidate. Measurements that no inputs of the table reach, such as those in another unit,
+    are rejected with 422.
     """
     table, recordings = open_table(library, body.table, body.bench), library.measured(body.recordings)
     problem = table_problem(table, recordings, body.outside)
     candidates = [Candidate(table_inputs(table, **candidate.model_dump(exclude={"output_std"})), candidate.output_std)
                   for candidate in body.candidates]
     _require_work(body, settings, table, len(recordings))
-    computed = _estimate(body, replace(problem, model=client.watched(problem.model)), candidates)
+    computed = _estimate(body, replace(problem, model=client.watched(problem.model)), table.output, candidates)
     answer = answer_of(table, body.table, recordings, computed, body.model_dump())
     return _csv(body, recordings, answer) if wants_csv(request, form) else json_response(answer)
 
 
-def _estimate(body: LikelihoodRequest, problem: InferenceProblem, candidates: list[Candidate]) -> Likelihoods:
+def _estimate(body: LikelihoodRequest, problem: InferenceProblem, output: Quantity,
+              candidates: list[Candidate]) -> Likelihoods:
     """The likelihoods of all candidates."""
-    return compute_likelihoods(problem, candidates, LikelihoodSettings(
+    return compute_likelihoods(problem, output, candidates, LikelihoodSettings(
         body.method, body.expansion.checked(len(problem.axes), 0, body.seed), body.lines, body.samples, body.seed))
 
 

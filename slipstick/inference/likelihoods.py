@@ -7,8 +7,10 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from slipstick.black_box import Quantity
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.inference.inputs import require_seed
+from slipstick.inference.problems import require_reach
 from slipstick.uncertainty import mass_outside, standard_normals
 from slipstick.uncertainty.chaos import ExpansionSettings
 from slipstick.uncertainty.likelihood import (
@@ -79,9 +81,13 @@ class Likelihoods:
         return np.array([row.sum() for row in self.log10_density])
 
 
-def compute_likelihoods(problem: InferenceProblem, candidates: Sequence[Candidate],
+def compute_likelihoods(problem: InferenceProblem, output: Quantity, candidates: Sequence[Candidate],
                         settings: LikelihoodSettings) -> Likelihoods:
-    """The likelihoods of the measurements of a problem under one or more candidates; raises `InvalidValue`."""
+    """The likelihoods of the measurements of a problem under one or more candidates; `output` is that of its model.
+
+    Raises `InvalidValue`, also for measurements that no inputs reach, which a fit refuses as well.
+    """
+    require_reach(problem, output)
     for candidate in candidates:
         problem.require_output_std(candidate.output_std)
     estimates = _estimates(problem, candidates, settings)

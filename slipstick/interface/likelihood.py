@@ -169,7 +169,7 @@ def likelihood(table: TableLike, recordings: Measured | Path | str, mean: float 
     Raises
     ------
     InvalidValue, UnknownName
-        For inputs, settings or recordings that do not fit the table, or each other.
+        For inputs, settings or recordings that do not fit the table, or each other, such as times in another unit.
     OutsideTable
         If the table is evaluated outside its axes, and `outside` is "error".
 
@@ -189,7 +189,7 @@ def likelihood(table: TableLike, recordings: Measured | Path | str, mean: float 
     order = default_order(inputs.dimension, norm) if order is None else order
     expansion = ExpansionSettings(order, norm, rule, nodes, 0, runs, seed)
     settings = LikelihoodSettings(method, expansion, lines, samples, seed)
-    computed = compute_likelihoods(table_problem(opened, recordings, outside), [candidate], settings)
+    computed = compute_likelihoods(table_problem(opened, recordings, outside), opened.output, [candidate], settings)
     request = {"recordings": name, "candidates": [{**inputs_of(inputs), "output_std": candidate.output_std}],
                "method": method, "outside": outside,
                "expansion": {"order": order, "norm": norm, "rule": rule, "nodes": nodes, "runs": runs},

@@ -50,6 +50,20 @@ def test_a_likelihood(client: httpx.Client, table: Table, library: Library, shel
     assert posted.json() == result.answer
 
 
+def test_times_in_another_unit_are_refused_as_by_a_fit(client: httpx.Client, library: Library) -> None:
+    recordings = library.recording("measured")
+    wrong = Recordings(recordings.conditions, 1e-3 * recordings.measured_time).to_bytes()
+    assert client.post("/v1/recordings", params={"name": "kiloseconds"}, content=wrong,
+                       headers={"Content-Type": "application/x-hdf5"}).status_code == 201
+    try:
+        refused = [client.post(path, json={"recordings": "kiloseconds", **body}) for path, body in (
+            ("/v1/likelihood", {"candidates": [{**INPUTS, "output_std": 0.02}]}), ("/v1/fits", {}))]
+    finally:
+        client.delete("/v1/recordings/kiloseconds")
+    assert [each.status_code for each in refused] == [422, 422]
+    assert refused[0].json()["detail"] == refused[1].json()["detail"]
+
+
 def test_a_likelihood_of_zero_has_no_number(client: httpx.Client, shelf: Any) -> None:
     recordings = Recordings.open(shelf / "measured.h5")
     result = slipstick.likelihood(shelf / "nominal.h5", recordings, [9.0, 9.0], [0.01, 0.01], 0.02, outside="nan",

@@ -75,6 +75,8 @@ def test_measurements_of_another_machine_are_taken_in_their_unit() -> None:
     assert "per 0.001 mm" in result.summary()[0]
     with pytest.raises(InvalidValue, match=r"The measurements are of way \[m\]"):
         likelihood(grid, Measurements(cases, measured.measured_time, Quantity("way", "m")), 1.0, 0.1, 0.05)
+    with pytest.raises(InvalidValue, match=r"travel is 3900 mm in the median .*Check the unit of the measured travel"):
+        likelihood(grid, Measurements(cases, 1e3 * measured.measured_time, machine.output), 1.0, 0.1, 0.05)
 
 
 @pytest.mark.parametrize(("given", "message"), [
@@ -88,6 +90,8 @@ def test_measurements_of_another_machine_are_taken_in_their_unit() -> None:
     ({"recordings": HEAVY}, "The Bench is not recordings"),
     ({"recordings": Recordings(COMPACT.conditions.take([0]), np.array([0.4]))},
      "Condition 0 .* is not in the table. Build a table under the conditions of these recordings"),
+    ({"recordings": Recordings(MEASURED.conditions, 1e-3 * MEASURED.measured_time)},
+     "shifting time is .* s in the median of 3 conditions, and still .*Check the unit of the measured shifting time"),
     ({"table": HEAVY}, "The Bench is not a table"),
 ])
 def test_what_has_no_likelihood_is_refused(table: Path, given: dict[str, Any], message: str) -> None:
