@@ -47,15 +47,18 @@ class Gap:
     """What the simulation leaves of the runs beyond noise, in whitened squares: with laws from other runs.
 
     `without` and `beside` are excesses over the number of samples, without laws and with them; `closed` is the share
-    that the laws explain, by runs (n,) whose own squares did not enter them.
+    that the laws explain, by runs (n,) whose own squares did not enter them. `converged` is whether both fits are.
     """
 
     without: float
     beside: float
+    converged: bool
 
     @property
-    def closed(self) -> float:
-        """Share of the excess that the laws close."""
+    def closed(self) -> float | None:
+        """Share of the excess that the laws close; None where a fit has not converged, which says nothing of them."""
+        if not self.converged:
+            return None
         return 1 - self.beside / self.without if self.without > 0 else 0.0
 
 
@@ -250,15 +253,15 @@ def _confirm(machine: Machine, runs: Runs, values: Mapping[str, float] | None, n
     with_laws = bare.beside(laws, priors, bare.state)
     with suppress(InvalidValue):  # by laws of blocks, which were driven by recordings, the whole may grow without bound
         with_laws = max(bare.beside(laws, priors, estimated), with_laws, key=lambda each: each.evidence)
-    gains, without = hold_out(with_laws.fitted) - hold_out(bare.fitted), _excess(bare)
+    gains = hold_out(with_laws.fitted) - hold_out(bare.fitted)
     expected = np.sqrt(sum(expect(with_laws, law) ** 2 for law in laws.values()))
     control = _choose_control(bare, list(candidates.values()), named.findings)
     log(Doing("control", f"Fitting the whole machine with the control {' over '.join(control.candidate.pair)}; "
                          f"with the laws, {with_laws.evidence - bare.evidence:.1f} nats and {_remark(with_laws)}"))
     with_control = bare.beside({control.candidate.pair: control.candidate}, {control.candidate.pair: control.prior})
     return Confirmation(with_laws.evidence - bare.evidence, agree(gains, expected),
-                        tuple(measure(with_laws, pair) for pair in laws), Gap(without, _excess(with_laws)),
-                        control.candidate.pair, Gap(without, _excess(with_control)), bare, with_laws)
+                        tuple(measure(with_laws, pair) for pair in laws), _compare(bare, with_laws),
+                        control.candidate.pair, _compare(bare, with_control), bare, with_laws)
 
 
 def _remark(fit: Fit) -> str:
@@ -295,6 +298,10 @@ def _choose_control(bare: Fit, candidates: Sequence[Candidate], findings: Sequen
         each for each in candidates if each.pair not in named]
     screened = screen(bare, others, multiply(bare.models, others))
     return screened[len(screened) // 2]
+
+
+def _compare(bare: Fit, extended: Fit) -> Gap:
+    return Gap(_excess(bare), _excess(extended), bare.converged and extended.converged)
 
 
 def _excess(fit: Fit) -> float:

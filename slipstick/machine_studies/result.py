@@ -128,18 +128,20 @@ class MachineGap:
     """Excess of squared residuals over their expectation without the findings, in standard deviations of the noise."""
     after: float
     """The same with the findings."""
-    closed: float
-    """Share that the findings close."""
+    closed: float | None
+    """Share that the findings close; null where `converged` is false."""
     control: str
     """A law over another quantity that the recordings did not ask for."""
-    control_closed: float
-    """Share that the control closes: a wrong law must not."""
+    control_closed: float | None
+    """Share that the control closes: a wrong law must not; null where `control_converged` is false."""
     nats: float
     """Gain in log marginal likelihood of the whole machine by the findings."""
     errors: float
     """Standard errors in which the runs agree about it."""
     converged: bool
-    """Whether the fits of the whole machine converged."""
+    """Whether the fits of the whole machine without and with the findings converged."""
+    control_converged: bool = True
+    """Whether those without and with the control converged; true in results of earlier versions."""
 
 
 @dataclass(frozen=True)

@@ -221,8 +221,7 @@ def _list_seen(runs: Runs) -> dict[str, list[float]]:
 def _state_gap(confirmation: Confirmation) -> MachineGap:
     gap, control = confirmation.gap, confirmation.control_gap
     return MachineGap(gap.without, gap.beside, gap.closed, name_finding(confirmation.control), control.closed,
-                      confirmation.nats, confirmation.errors,
-                      confirmation.bare.converged and confirmation.fit.converged)
+                      confirmation.nats, confirmation.errors, gap.converged, control.converged)
 
 
 def _show_runs(models: dict[str, Fit]) -> list[ShownRun]:

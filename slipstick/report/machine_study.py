@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import Any
 
 from slipstick.machine_studies import MachineFigures, MachineStudyResult
-from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineParameter, Rival
+from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineGap, MachineParameter, Rival
 from slipstick.machine_studies.study import law_table
 from slipstick.machine_studies.words import find_past_signal, is_memory, name_run
 from slipstick.pictures import units
@@ -75,10 +75,16 @@ def machine_study_specs(output: Mapping[str, Any]) -> dict[str, Spec]:
 
 def lead(result: MachineStudyResult) -> str:
     """Return by how much the findings close the gap; empty without a gap."""
-    if result.gap is None:
+    gap = result.gap
+    if gap is None:
         return ""
-    return (f"With what was found, the simulation of the whole machine closes {_share(result.gap.closed)} of its gap "
-            f"to the recordings; a wrong law, added as a control, closes {_share(result.gap.control_closed)}.")
+    if gap.closed is None:
+        return ("How much of its gap to the recordings the simulation of the whole machine closes with what was found "
+                "is not known: a fit of it did not converge.")
+    control = "the fit with a wrong law, added as a control, did not converge" if gap.control_closed is None else \
+        f"a wrong law, added as a control, closes {_share(gap.control_closed)}"
+    return (f"With what was found, the simulation of the whole machine closes {_share(gap.closed)} of its gap "
+            f"to the recordings; {control}.")
 
 
 def tell_evidence(result: MachineStudyResult) -> str:
@@ -90,11 +96,18 @@ def tell_evidence(result: MachineStudyResult) -> str:
         return (f"{many(result.runs, 'run')} leave a reduced chi-square of {reached} in "
                 f"{many(len(result.blocks), 'block')} of the model; 1 is expected if nothing is missing.")
     errors = listed([units.number(finding.errors) for finding in result.findings])
-    closed = "" if result.gap is None else (
-        f" What was found closes {_share(result.gap.closed)} of the gap, a wrong law "
-        f"{_share(result.gap.control_closed)}.")
-    return (f"{_tell_sure(result)}The runs agree about it by {errors} standard errors.{closed} No confidence is "
-            "stated: how often such findings are right is not measured for this machine.")
+    return (f"{_tell_sure(result)}The runs agree about it by {errors} standard errors.{_tell_closed(result.gap)} No "
+            "confidence is stated: how often such findings are right is not measured for this machine.")
+
+
+def _tell_closed(gap: MachineGap | None) -> str:
+    if gap is None:
+        return ""
+    if gap.closed is None:
+        return " How much of the gap it closes is not known: a fit of the whole machine did not converge."
+    control = "; the fit with a wrong law did not converge" if gap.control_closed is None else \
+        f", a wrong law {_share(gap.control_closed)}"
+    return f" What was found closes {_share(gap.closed)} of the gap{control}."
 
 
 def _tell_sure(result: MachineStudyResult) -> str:
@@ -298,8 +311,9 @@ def warnings(result: MachineStudyResult) -> Entries:
         entries.append(("Outside of what is declared:", f"{listed(beyond)}. A declaration that is too tight may look "
                         "like a law, or hide it; or something is missing that the parameter stands for."))
     if result.gap is not None and not result.gap.converged:
-        entries.append(("Not converged:", "a fit of the whole machine. The gap may be off."))
-    if result.gap is not None and result.gap.control_closed > result.gap.closed / 2 > 0:
+        entries.append(("Not converged:", "a fit of the whole machine. Whether it confirms the findings is not sure."))
+    if result.gap is not None and result.gap.control_closed is not None and result.gap.closed is not None \
+            and result.gap.control_closed > result.gap.closed / 2 > 0:
         entries.append(("The control closes much of the gap as well:", "that the gap closes is little support for the "
                         "findings."))
     return entries
@@ -388,15 +402,20 @@ def _describe_gap(result: MachineStudyResult) -> Section:
         return Section("The gap of the whole machine", [])
     rows: list[tuple[str, ...]] = [
         ("without the findings", units.number(gap.before, 3), ""),
-        ("with the findings", units.number(gap.after, 3), _share(gap.closed)),
-        (f"with the control: {within(gap.control)}", units.number(gap.before * (1 - gap.control_closed), 3),
-         _share(gap.control_closed))]
+        ("with the findings", *_state_closed(gap.after, gap.closed)),
+        (f"with the control: {within(gap.control)}",
+         *_state_closed(gap.before * (1 - (gap.control_closed or 0.0)), gap.control_closed))]
     return Section("The gap of the whole machine", [
         Table(("simulation of the whole machine", "squared residuals beyond noise", "closed"), rows),
         Note("Summed over all samples, in units of the noise variance; below 0, less is left than noise leaves on "
              "average. The simulation is driven by commands and conditions alone, and each run is predicted by laws "
              f"and parameters of all others. The findings gain {units.number(gap.nats, 4)} nats, about which the runs "
              f"agree by {units.number(gap.errors)} standard errors.")])
+
+
+def _state_closed(left: float, closed: float | None) -> tuple[str, str]:
+    """Return what is left and which share is closed."""
+    return ("", "did not converge") if closed is None else (units.number(left, 3), _share(closed))
 
 
 def _list_parameters(result: MachineStudyResult) -> Section:

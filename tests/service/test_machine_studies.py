@@ -163,7 +163,10 @@ def test_each_link_of_a_job_of_a_machine_answers(serving_jobs: ServingJobs, tmp_
 
 def test_the_squares_of_two_studies_have_a_unit(serving_jobs: ServingJobs, tmp_path: Path) -> None:
     gap = MachineGap(786182.0, 459.0, 0.999, "Offset of the speed sensor", 0.1, 5000.0, 80.0, converged=True)
-    output = {**OUTPUT, "result": asdict(replace(RESULT, gap=gap))}
-    with serving_jobs(tmp_path, {"first": (ORDER, output), "second": (ORDER, output)}) as client:
+    lost = replace(gap, closed=None, converged=False)
+    first, second = ({**OUTPUT, "result": asdict(replace(RESULT, gap=each))} for each in (gap, lost))
+    with serving_jobs(tmp_path, {"first": (ORDER, first), "second": (ORDER, second)}) as client:
         page = client.get("/compare", params={"kind": "study", "first": "first", "second": "second"}).text
+        assert client.get("/v1/studies/second/result").json()["result"]["gap"]["closed"] is None
     assert "786182 to 459 squared residuals beyond noise" in page
+    assert "a fit did not converge" in page

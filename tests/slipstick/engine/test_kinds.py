@@ -98,4 +98,7 @@ def test_a_control_is_of_another_dependence_where_finding_and_rivals_are_of_all_
     assert {pair[0] for pair in (finding.pair, *finding.rivals)} == {"loss", "torque sensor"}
     assert studied.confirmation is not None
     assert studied.confirmation.control not in (finding.pair, *finding.rivals)
-    assert studied.confirmation.control_gap.closed < 0.5 < studied.confirmation.gap.closed
+    closed, by_control = studied.confirmation.gap.closed, studied.confirmation.control_gap.closed
+    assert closed is not None
+    assert by_control is not None
+    assert by_control < 0.5 < closed

@@ -2,10 +2,17 @@
 
 from dataclasses import replace
 
-from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineParameter, MachineStudyResult, Rival
+from slipstick.machine_studies.result import (
+    MachineBlock,
+    MachineFinding,
+    MachineGap,
+    MachineParameter,
+    MachineStudyResult,
+    Rival,
+)
 from slipstick.machine_studies.words import answer, name_finding
 from slipstick.pictures.study.words import argument
-from slipstick.report.machine_study import advise, sections, tabulate_parameters, tell_evidence, warnings
+from slipstick.report.machine_study import advise, lead, sections, tabulate_parameters, tell_evidence, warnings
 from slipstick.report.study.parts import Items, Table
 from slipstick.studies.finding import Coefficient, Law
 
@@ -122,6 +129,24 @@ def test_the_verdict_tells_which_findings_are_sure() -> None:
     last = replace(early, findings=result.findings[2:])
     assert tell_evidence(last).startswith("This is not sure: “winding” not converged. The runs agree")
     assert tell_evidence(make_result(*last.findings)).startswith("The runs agree")
+
+
+def test_a_fit_that_did_not_converge_shows_no_closure() -> None:
+    gap = MachineGap(786.0, -1.0, 1.0, "Offset of the speed sensor", 0.1, 5000.0, 80.0, converged=True)
+    settled = replace(contest(), gap=gap)
+    assert " What was found closes 100 % of the gap, a wrong law 10 %." in tell_evidence(settled)
+    lost = replace(settled, gap=replace(gap, control_closed=None, control_converged=False))
+    assert lead(lost).endswith("100 % of its gap to the recordings; the fit with a wrong law, added as a control, did "
+                               "not converge.")
+    assert " closes 100 % of the gap; the fit with a wrong law did not converge." in tell_evidence(lost)
+    unknown = replace(lost, gap=replace(gap, closed=None, control_closed=None, converged=False))
+    assert lead(unknown).endswith("is not known: a fit of it did not converge.")
+    assert " is not known: a fit of the whole machine did not converge." in tell_evidence(unknown)
+    assert "Not converged:" in dict(warnings(unknown))
+    for result, shown in ((lost, ["", "100 %", "did not converge"]), (unknown, ["", *["did not converge"] * 2])):
+        table = next(part for section in sections(result, []) if section.title.startswith("The gap")
+                     for part in section.parts if isinstance(part, Table))
+        assert [row[-1] for row in table.rows] == shown
 
 
 def test_an_interval_without_width_at_a_bound_is_left_out() -> None:
