@@ -16,12 +16,17 @@ from slipstick.storage.shipped import file_of
 DEFAULT = "heavy"
 
 
-def add_bench_argument(parser: argparse._ActionsContainer) -> None:
-    """Add the option."""
-    parser.add_argument("--bench", type=bench_file, default=DEFAULT, metavar="FILE.toml",
+def add_bench_argument(parser: argparse._ActionsContainer, default: str | None = DEFAULT) -> None:
+    """Add the option; without a default, `open_bench` tells whether it is given."""
+    parser.add_argument("--bench", type=bench_file, default=default, metavar="FILE.toml",
                         help="the bench: parameters, converter, sensors, current profiles and conditions; a name "
                              "without a folder is that of a bench of the service, or of a shipped one (default: "
-                             "%(default)s)")
+                             f"{DEFAULT})")
+
+
+def open_bench(arguments: argparse.Namespace) -> Bench:
+    """The bench of the option, the default one where it is not given."""
+    return Bench.open(arguments.bench or bench_file(DEFAULT))
 
 
 def add_bench_or_machine_argument(parser: argparse.ArgumentParser) -> None:
@@ -38,6 +43,12 @@ def refuse_bench_options(arguments: argparse.Namespace, **usual: object) -> None
     for name, value in usual.items():
         if getattr(arguments, name) != value:
             raise InvalidValue(f"--{name} is about a bench, not about a declared machine", "Leave it out")
+
+
+def refuse_machine(arguments: argparse.Namespace) -> None:
+    """Raise `InvalidValue` for the option `--machine` beside a table of a clutch."""
+    if arguments.machine is not None:
+        raise InvalidValue("--machine declares another machine, and the table is of a clutch", "Leave it out")
 
 
 def bench_file(text: str) -> Path:

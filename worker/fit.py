@@ -13,7 +13,7 @@ from slipstick.interface.fit import fit
 from slipstick.interface.progress import ProgressLine
 from slipstick.table import Table
 
-from .bench_option import add_bench_argument, open_recordings
+from .bench_option import add_bench_argument, open_bench, open_recordings
 from .likelihood import add_machine_argument, open_measured
 from .orders import add_time_budget_argument
 
@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_machine_argument(parser)
     parser.add_argument("--output", metavar="NAME",
                         help="without a table, the output of the declared machine (default: its first)")
-    add_bench_argument(parser)
+    add_bench_argument(parser, default=None)
     parser.add_argument("--model", type=Path, metavar="SPEC.json",
                         help="the model to simulate without a table (default: the nominal parameters of the bench)")
     parser.add_argument("--outside", choices=("clip", "nan", "error"), default="clip",
@@ -49,6 +49,9 @@ def run(arguments: argparse.Namespace) -> int:
         require_suffix(arguments.out, ".json")
     if arguments.report is not None:
         require_html(arguments.report)
+    if arguments.output is not None and (arguments.table is not None or arguments.machine is None):
+        raise InvalidValue("--output chooses an output of a machine that is simulated; a table has one, and a bench "
+                           "the shifting time", "Leave it out, or give --machine without a table")
     simulator: Table | BlackBox | Bench
     if arguments.table is not None:
         simulator = Table.open(arguments.table)
@@ -57,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
         simulator = BlackBox.open(arguments.machine, arguments.output)
         recordings = open_measured(simulator.description, arguments)
     else:
-        simulator = Bench.open(arguments.bench)
+        simulator = open_bench(arguments)
         recordings = open_recordings(simulator, arguments.recordings)
     with ProgressLine(log=True) as line:
         result = fit(simulator, recordings, arguments.parameters,

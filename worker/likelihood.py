@@ -5,7 +5,6 @@ import sys
 from pathlib import Path
 from typing import get_args
 
-from slipstick.bench import Bench
 from slipstick.black_box import BlackBox, BlackBoxDescription, Measurements, measure_runs
 from slipstick.errors import InvalidValue
 from slipstick.inference.likelihoods import Method
@@ -15,7 +14,7 @@ from slipstick.machine import holds_runs, read_runs
 from slipstick.table import Table
 from slipstick.table.subject import Subject
 
-from .bench_option import add_bench_argument, open_recordings
+from .bench_option import add_bench_argument, open_bench, open_recordings, refuse_machine
 from .propagate import add_inputs_arguments, read_inputs, read_quantity, require_output, write_output
 
 
@@ -33,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--method", choices=get_args(Method), default="auto",
                         help="how the density is integrated over the inputs (docs/uncertainty.md; "
                              "default: %(default)s)")
-    add_bench_argument(parser)
+    add_bench_argument(parser, default=None)
     parser.add_argument("--out", type=Path, metavar="FILE", help="write the result as .json, or as .csv with a row for "
                                                                  "each measurement")
 
@@ -60,10 +59,17 @@ def add_machine_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def open_measured(model: Subject, arguments: argparse.Namespace) -> Measured:
-    """The recordings of the bench, or the measurements or recorded runs of another machine; raises `BadRecording`."""
+    """The recordings of the bench, or the measurements or recorded runs of another machine.
+
+    Raises `BadRecording`, and `InvalidValue` for a bench or a machine that the model is not of.
+    """
     path: Path = arguments.recordings
     if not isinstance(model, BlackBoxDescription):
-        return open_recordings(Bench.open(arguments.bench), path)
+        refuse_machine(arguments)
+        return open_recordings(open_bench(arguments), path)
+    if arguments.bench is not None:
+        raise InvalidValue(f"--bench is a clutch, and what is simulated is another machine, {model.title}",
+                           "Leave it out")
     if path.suffix == ".csv":
         return Measurements.read_csv(path.read_bytes(), model)
     if not holds_runs(path):

@@ -16,7 +16,7 @@ from slipstick.recordings import Recordings
 from slipstick.table import Grid, Surrogate, Table
 from slipstick.uncertainty import Inputs, log10_mean_density, mass_outside, standard_normals
 
-from .bench_option import bench_file
+from .bench_option import bench_file, refuse_machine
 from .surrogate import describe_error
 
 SHIPPED = Path("tables/measured.h5")
@@ -49,6 +49,8 @@ def run(arguments: argparse.Namespace) -> int:
     table = Table.open(arguments.file)
     if arguments.bench:
         Bench.open(arguments.bench).require(table.clutch.physics)
+    if not isinstance(table.model, BlackBoxDescription):
+        refuse_machine(arguments)
     print(describe(table))
     if isinstance(table.model, BlackBoxDescription):
         if arguments.points > 0:

@@ -49,6 +49,10 @@ def test_a_table_is_built_verified_and_fitted(folder: Path, capsys: pytest.Captu
     fitted = re.search(r"resistance value (\S+) ohm with a scatter", shown := capsys.readouterr().out)
     assert fitted is not None, shown
     assert float(fitted[1]) == pytest.approx(1.08, abs=0.01)
+    for wrong, message in (("--bench=heavy", "--bench is a clutch, and what is simulated is another machine, dc motor"),
+                           ("--output=run_up_time", "--output chooses an output of a machine that is simulated")):
+        assert main(["fit", str(table), str(runs), *options, wrong]) == 1
+        assert message in capsys.readouterr().err
     inputs = "--mean", "1.08", "--std", "0.01", "--output-std", "0.2 ms"
     assert main(["likelihood", str(table), str(runs), *options, *inputs]) == 0
     assert "18 measurements of the run up time" in capsys.readouterr().out

@@ -69,6 +69,9 @@ def test_measurements_of_another_machine_need_no_bench(shelf: Path, tmp_path: Pa
     assert first == second
     expected = likelihood(tmp_path / "spring.h5", measured, 1, 0.1, 0.05, name="mine")
     assert f"log10 likelihood {first}" == f"{expected!r}\n"
+    words = ("--mean", 1, "--std", 0.1, "--output-std", "50 um", "--bench", "heavy")
+    with pytest.raises(SlipstickError, match="--bench is a clutch, and what is simulated is another machine, Spring"):
+        run(tmp_path / "spring.h5", tmp_path / "mine.csv", *words)
     with pytest.raises(SlipstickError, match=r"The file holds no measurements of the output of a machine\. Give a CSV"):
         run(tmp_path / "spring.h5", shelf / "measured.h5", "--mean", 1, "--std", 0.1, "--output-std", "50 um")
 
@@ -78,6 +81,7 @@ def test_measurements_of_another_machine_need_no_bench(shelf: Path, tmp_path: Pa
     (["--output-std", "20 V"], "--output-std is '20 V'"), (["--out", "result.h5"], r"ends in \.json or \.csv"),
     (["--mean", "1.45,1", "--outside", "error"], "outside the range of the table"),
     (["--bench", "missing.toml"], "missing"),
+    (["--machine", "mine.py"], "--machine declares another machine, and the table is of a clutch"),
 ])
 def test_wrong_options_are_refused_and_nothing_is_written(given: list[object], tmp_path: Path, words: list[str],
                                                           message: str, monkeypatch: pytest.MonkeyPatch) -> None:

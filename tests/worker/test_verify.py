@@ -52,6 +52,8 @@ def test_the_printed_error_is_that_of_the_table(six_conditions, tmp_path, capsys
     assert rms > 0.2  # the grid is coarse enough for a meaningful comparison
     assert number(r"error: ([\d.]+) ms RMS", output) == pytest.approx(rms, abs=1e-4)
     assert number(r"([\d.]+) ms maximum", output) == pytest.approx(1e3 * np.abs(difference).max(), abs=1e-3)
+    assert main(["verify", str(tmp_path / "a.h5"), "--machine", "mine.toml"]) == 1
+    assert "--machine declares another machine, and the table is of a clutch" in capsys.readouterr().err
     assert "not computed for these recordings" in output  # the table has only six of their conditions
 
 
