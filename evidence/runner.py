@@ -1,11 +1,13 @@
 """Draws cases, has a method answer them, and keeps every finished answer, so that a killed run goes on where it was."""
 
 import json
+import os
 import subprocess
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
+from hashlib import sha256
 from pathlib import Path
 from time import perf_counter
 
@@ -156,10 +158,18 @@ def read_answers(path: Path, cases: Iterable[tuple[str, int]], work: Path = WORK
             yield Entry(truth, answers[truth.case])
 
 
-def name_commit() -> str:
-    """Return the last commit that changed the core library, with a plus sign where its files differ from it."""
-    def git(*arguments: str) -> str:
-        return subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=False).stdout.strip()
+def name_commit(root: Path = ROOT) -> str:
+    """Return the last commit that changed the core library, with a digest of what its files differ from it by.
 
-    differs = git("status", "--short", "--untracked-files=no", "slipstick")
-    return git("log", "-1", "--format=%h", "--", "slipstick") + ("+" if differs else "")
+    Answers of two states of the same checkout are then not those of each other. New files count, ignored ones do not.
+    """
+    def git(*arguments: str) -> bytes:
+        return subprocess.run(["git", *arguments, "--", "slipstick"], cwd=root, capture_output=True, check=False).stdout
+
+    differs = git("diff", "--binary", "--no-ext-diff", "--no-textconv", "HEAD")
+    new = [os.fsdecode(name) for name in git("ls-files", "-z", "--others", "--exclude-standard").split(b"\0") if name]
+    digest = sha256(differs)
+    for name in new:
+        digest.update(f"{name}\0{sha256((root / name).read_bytes()).hexdigest()}\0".encode())
+    commit = git("log", "-1", "--format=%h").decode().strip()
+    return f"{commit}+{digest.hexdigest()[:8]}" if differs or new else commit

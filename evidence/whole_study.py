@@ -120,12 +120,12 @@ def main() -> None:
     parser.add_argument("--cases", type=read_count, default=24, help="number of cases (default: 24)")
     arguments = parser.parse_args()
     wanted = [(SUITES[number % len(SUITES)], arguments.seed + number) for number in range(arguments.cases)]
-    done = dict[Job, WholeStudy]()
-    for case, result in run_jobs(study_as_json, wanted, WORK / f"whole_study-{name_commit()}.jsonl", open_processes):
+    done, version = dict[Job, WholeStudy](), name_commit()
+    for case, result in run_jobs(study_as_json, wanted, WORK / f"whole_study-{version}.jsonl", open_processes):
         done[case] = read_study(result)
         print(done[case], flush=True)
     rates = rate([done[case] for case in wanted])
-    write_rates(TABLE, f"study {name_commit()}", rates)
+    write_rates(TABLE, f"study {version}", rates)
     print(print_rates(rates))
 
 

@@ -27,12 +27,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("kind", nargs="?", choices=KINDS, help="by default all of them")
     parser.add_argument("--sets", type=read_count, metavar="N", help="number of simulated sets (default: " + ", ".join(
         f"{module.SETS} of {kind}" for kind, module in KINDS.items()) + ")")
-    chosen = parser.parse_args(arguments)
+    chosen, version = parser.parse_args(arguments), name_commit()
     for kind in [chosen.kind] if chosen.kind else KINDS:
         module = KINDS[kind]
         sets = chosen.sets or module.SETS
         jobs, results = module.list_jobs(sets), dict[Job, Result]()
-        for job, result in run_jobs(module.run_job, jobs, WORK / f"coverage-{kind}-{name_commit()}.jsonl",
+        for job, result in run_jobs(module.run_job, jobs, WORK / f"coverage-{kind}-{version}.jsonl",
                                     partial(open_processes, get_context("spawn"))):
             results[job] = result
             print(f"{len(results)}/{len(jobs)} {job}", flush=True)

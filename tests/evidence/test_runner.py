@@ -15,7 +15,7 @@ from evidence import runner
 from evidence.__main__ import main
 from evidence.answer import Answer, NamedPair
 from evidence.methods import METHODS
-from evidence.runner import answer_cases, read_answers, read_entries, write_case
+from evidence.runner import answer_cases, name_commit, read_answers, read_entries, write_case
 from evidence.tables import read_rates
 from slipstick.bench import Bench
 from slipstick.errors import InvalidValue
@@ -53,6 +53,30 @@ def test_answers_are_kept_and_not_given_again(work: Path, monkeypatch: pytest.Mo
     monkeypatch.undo()
     monkeypatch.setattr(runner, "name_commit", lambda: "another version")
     assert [entry.version for entry in answer_cases("count", CASES[:1], work=work)] == ["another version"]
+
+
+def test_each_state_of_a_changed_checkout_has_its_own_name(tmp_path: Path) -> None:
+    def git(*arguments: str) -> None:
+        subprocess.run(["git", "-c", "user.name=A", "-c", "user.email=a@example.org", *arguments], cwd=tmp_path,
+                       check=True, capture_output=True)
+
+    module, new = tmp_path / "slipstick" / "module.py", tmp_path / "slipstick" / "new.py"
+    module.parent.mkdir()
+    module.write_text("A = 1\n")
+    git("init")
+    git("add", ".")
+    git("commit", "-m", "first")
+    names = [name_commit(tmp_path)]
+    for path, text in ((module, "A = 2\n"), (module, "A = 3\n"), (new, "B = 1\n"), (new, "B = 2\n")):
+        path.write_text(text)
+        names.append(name_commit(tmp_path))
+    assert len(set(names)) == 5
+    assert all(name.startswith(f"{names[0]}+") for name in names[1:])
+    assert name_commit(tmp_path) == names[-1]
+    new.unlink()
+    module.write_text("A = 1\n")
+    (tmp_path / "notes.md").write_text("of no module")
+    assert name_commit(tmp_path) == names[0]
 
 
 def test_a_method_that_raises_has_an_answer_with_its_error(work: Path) -> None:
