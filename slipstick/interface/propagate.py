@@ -297,7 +297,7 @@ def propagate(table: TableLike, mean: float | Sequence[float] | np.ndarray,
 def present(table: Table, name: str, selected: Table, rows: Sequence[int], distributions: Distributions,
             request: Mapping[str, Any]) -> Propagation:
     """The result for the conditions `rows` of a `table`, that `selected` has; `request` is that of the REST service."""
-    reason = f"There are {picture.missing_nodes(Output(table.output.name, table.output.unit), request['outside'])}"
+    reason = f"There are {picture.missing_runs(Output(table.output.name, table.output.unit), request['outside'])}"
     basis, words = distributions.adapted.expansion.basis, descriptions(table.conditions)
     answer = {
         "table": name, "table_digest": table.digest, "axes": axes_of(table), "outside": request["outside"],

@@ -38,9 +38,10 @@ def summarize(answer: Mapping[str, Any]) -> str:
     return _title(rows, [axis["name"] for axis in answer["axes"]], Output.of(answer))
 
 
-def missing_nodes(shown: Output, outside: str) -> str:
-    """Which nodes leave a condition without an expansion, in words; `outside` is the policy outside the table."""
-    return f"nodes of the expansion that {shown.missing}" + ", or lie outside the table" * (outside == "nan")
+def missing_runs(shown: Output, outside: str) -> str:
+    """Which runs leave a condition without an expansion, in words; `outside` is the policy outside the table."""
+    return (f"model runs, at nodes of the expansion or to check its error, that {shown.missing}"
+            + ", or lie outside the table" * (outside == "nan"))
 
 
 def draw(answer: Mapping[str, Any], probabilities: Sequence[float], conditions: Columns, part: int = MOST) -> Spec:
@@ -65,7 +66,7 @@ def draw(answer: Mapping[str, Any], probabilities: Sequence[float], conditions: 
         summarize(answer),
         (f"Lines: quantiles at {levels}. " if levels else "")
         + ("" if any(row["total"] for _, row in rows) else "Without Sobol indices, because the inputs are dependent. ")
-        + (f"Not drawn: {omitted} without an expansion: there are {missing_nodes(shown, answer['outside'])}."
+        + (f"Not drawn: {omitted} without an expansion: there are {missing_runs(shown, answer['outside'])}."
            if omitted else ""),
         {"spacing": 18, "vconcat": views}, caption(answer, probabilities))
 

@@ -10,7 +10,7 @@ from slipstick import __version__
 from slipstick.pictures import units
 from slipstick.pictures.conditions import Columns, described
 from slipstick.pictures.output import Output
-from slipstick.pictures.propagation import MOST, draw, missing_nodes, summarize
+from slipstick.pictures.propagation import MOST, draw, missing_runs, summarize
 from slipstick.pictures.theme import captions, in_words
 from slipstick.report.markup import definitions, paragraph, section, table
 from slipstick.report.shell import document, figures
@@ -72,7 +72,7 @@ def warnings(answer: Mapping[str, Any], request: Mapping[str, Any]) -> list[tupl
     missing = sum(row["mean"] is None for row in answer["conditions"])
     if missing:
         limits.append((f"{missing} of {len(answer['conditions'])} conditions have no distribution:",
-                       f"there are {missing_nodes(shown, answer['outside'])}."))
+                       f"there are {missing_runs(shown, answer['outside'])}."))
     return limits
 
 

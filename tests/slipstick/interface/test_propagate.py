@@ -212,10 +212,12 @@ def test_what_is_outside_the_table_is_clipped_missing_or_refused() -> None:
     assert np.isnan(missing.mean).all()
     assert np.isnan(missing.quantiles).all()
     assert "15.9 % of the inputs lie outside the table" in missing.summary()[3]
-    assert missing.summary()[4] == ("3 of 3 conditions have no distribution: there are nodes of the expansion that may "
-                                    "never lock, or lie outside the table.")
-    assert set(missing.columns["reason"]) == {
-        "There are nodes of the expansion that may never lock, or lie outside the table"}
+    runs = ("are model runs, at nodes of the expansion or to check its error, that may never lock, or lie outside the "
+            "table")
+    assert missing.summary()[4] == f"3 of 3 conditions have no distribution: there {runs}."
+    assert set(missing.columns["reason"]) == {f"There {runs}"}
+    only_checks = linear(mean=[1.0, 1.0], std=[0.3, 0.3], order=1, outside="nan")  # whose nodes are at one std
+    assert set(only_checks.columns["reason"]) == {f"There {runs}"}
     assert missing.columns["mean [s]"] == [None] * 3
     assert missing.plot().title == "No condition has a distribution"
     assert Propagation.from_dict(json.loads(json.dumps(missing.to_dict(), allow_nan=False))).text == missing.text
