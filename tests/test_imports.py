@@ -115,6 +115,8 @@ MAY_IMPORT = {
                                  "slipstick.pictures slipstick.recordings.signals slipstick.report",
     "slipstick.report.machine_study": "slipstick.machine_studies slipstick.pictures slipstick.report slipstick.studies",
     "slipstick.report.made": "slipstick.errors slipstick.pictures slipstick.report",
+    "slipstick.report.propagation": "numpy slipstick.__version__ slipstick.pictures slipstick.report "
+                                    "slipstick.uncertainty",
     "slipstick.report.study": "numpy scipy slipstick.bench.parameters slipstick.clutch.effects slipstick.law_files "
                               "slipstick.pictures slipstick.recordings slipstick.report slipstick.studies",
     "slipstick.interface": "numpy numba slipstick",

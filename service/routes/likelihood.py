@@ -168,7 +168,7 @@ def _estimate(body: LikelihoodRequest, problem: InferenceProblem, output: Quanti
               candidates: list[Candidate]) -> Likelihoods:
     """The likelihoods of all candidates."""
     return compute_likelihoods(problem, output, candidates, LikelihoodSettings(
-        body.method, body.expansion.checked(len(problem.axes), 0, body.seed), body.lines, body.samples, body.seed))
+        body.method, body.expansion.checked(0, body.seed), body.lines, body.samples, body.seed))
 
 
 def _csv(body: LikelihoodRequest, recordings: Recordings | Measurements, answer: dict[str, Any]) -> Response:
@@ -205,7 +205,7 @@ def _require_work(body: LikelihoodRequest, settings: Settings, table: Table, con
     if body.method == "sampling":
         points = body.samples
     if body.method in ("expansion", "sampling"):
-        basis = make_basis((HERMITE,) * len(table.axes), body.expansion.checked(len(table.axes), 0, body.seed))
+        basis = make_basis((HERMITE,) * len(table.axes), body.expansion.checked(0, body.seed))
         points = (points + len(basis.nodes)) * (1 + len(basis.degrees) // TERMS_PER_VALUE)
     require_size(points * conditions * len(body.candidates), settings.work_values, "intermediate values",
                  "Send fewer candidates per request, or request fewer lines, samples or nodes")

@@ -18,7 +18,7 @@ from slipstick.inference.propagation import (
 )
 from slipstick.interface.propagate import present
 from slipstick.uncertainty import Inputs
-from slipstick.uncertainty.chaos import HIGHEST_ORDER, ExpansionSettings, Rule, default_order, make_basis
+from slipstick.uncertainty.chaos import HIGHEST_ORDER, ExpansionSettings, Rule, make_basis
 from slipstick.uncertainty.likelihood import SAMPLES
 
 from .. import propagation_drawing as drawing
@@ -68,13 +68,9 @@ class ExpansionBody(StrictModel):
     runs: int | None = Field(default=None, ge=2, le=20_000, description="`regression`: number of samples, by default "
                                                                         "twice the number of terms.")
 
-    def checked(self, dimension: int, checks: int = 16, seed: int = 1) -> ExpansionSettings:
-        """Return the settings for so many inputs, with `checks` model runs to estimate the error.
-
-        Raises `InvalidValue`.
-        """
-        order = default_order(dimension, self.norm) if self.order is None else self.order
-        return ExpansionSettings(order, self.norm, self.rule, self.nodes, checks, self.runs, seed)
+    def checked(self, checks: int = 16, seed: int = 1) -> ExpansionSettings:
+        """Return the settings, with `checks` model runs to estimate the error; raises `InvalidValue`."""
+        return ExpansionSettings(self.order, self.norm, self.rule, self.nodes, checks, self.runs, seed)
 
 
 class PropagateRequest(StrictModel):
@@ -111,7 +107,7 @@ class PropagateRequest(StrictModel):
     def settings(self) -> PropagationSettings:
         """The settings of the computation; raises `InvalidValue`."""
         assert self.output_std is not None  # the default depends on the table
-        expansion = self.expansion.checked(len(self.inputs.mean), seed=self.seed)
+        expansion = self.expansion.checked(seed=self.seed)
         return PropagationSettings(self.output_std, expansion, self.tolerance, self.samples, self.seed,
                                    tuple(self.quantiles), self.density_points)
 

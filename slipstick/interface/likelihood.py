@@ -35,7 +35,7 @@ from slipstick.report.propagation import inputs_text, outside_warning
 from slipstick.report.words import number, signed
 from slipstick.table import Outside, Table
 from slipstick.table.subject import columns
-from slipstick.uncertainty.chaos import ExpansionSettings, Family, Rule, default_order
+from slipstick.uncertainty.chaos import ExpansionSettings, Family, Rule
 from slipstick.uncertainty.likelihood import SAMPLES, Candidate
 from slipstick.uncertainty.likelihood.line_rules import ACROSS
 
@@ -186,7 +186,6 @@ def likelihood(table: TableLike, recordings: Measured | Path | str, mean: float 
     recordings, opened = measured_of(recordings), open_table(table)
     inputs = table_inputs(opened, mean, std, families, mixing, correlation, support)
     candidate = Candidate(inputs, in_unit_of(output_std, opened.output.unit, "output_std"))
-    order = default_order(inputs.dimension, norm) if order is None else order
     expansion = ExpansionSettings(order, norm, rule, nodes, 0, runs, seed)
     settings = LikelihoodSettings(method, expansion, lines, samples, seed)
     computed = compute_likelihoods(table_problem(opened, recordings, outside), opened.output, [candidate], settings)

@@ -47,7 +47,7 @@ from slipstick.report.propagation import (
 )
 from slipstick.table import Outside, Table
 from slipstick.table.subject import columns
-from slipstick.uncertainty.chaos import ExpansionSettings, Family, Rule, default_order
+from slipstick.uncertainty.chaos import ExpansionSettings, Family, Rule
 from slipstick.uncertainty.likelihood import SAMPLES
 
 DENSITY_POINTS = 161
@@ -281,7 +281,6 @@ def propagate(table: TableLike, mean: float | Sequence[float] | np.ndarray,
     unit = opened.output.unit
     noise = default_output_std(opened.model) if output_std is None else in_unit_of(output_std, unit, "output_std")
     limit = None if tolerance is None else in_unit_of(tolerance, unit, "tolerance")
-    order = default_order(inputs.dimension, norm) if order is None else order
     settings = PropagationSettings(
         noise, ExpansionSettings(order, norm, rule, nodes, samples=runs, seed=seed), limit, samples, seed,
         _probabilities(quantiles), density_points if noise else 0)

@@ -15,6 +15,7 @@ from slipstick.pictures.theme import captions, in_words
 from slipstick.report.markup import definitions, paragraph, section, table
 from slipstick.report.shell import document, figures
 from slipstick.report.words import listed, number, signed
+from slipstick.uncertainty.inputs import split_mixing
 
 _NOTE = ("Std: standard deviation. It and the quantiles contain the output noise. Alone: share of the variance without "
          "that noise that the input causes by itself (first-order Sobol index). Total: together with the other inputs.")
@@ -118,7 +119,7 @@ def _list_inputs(answer: Mapping[str, Any], request: Mapping[str, Any]) -> list[
     inputs, rows = request["inputs"], list[tuple[str, ...]]()
     families = inputs["families"] or ["normal"] * len(answer["axes"])
     mixing = inputs.get("mixing")
-    stds = inputs.get("std") if mixing is None else np.linalg.norm(mixing, axis=1).tolist()
+    stds = inputs.get("std") if mixing is None else split_mixing(np.array(mixing))[0].tolist()
     for axis, mean, std, family in zip(answer["axes"], inputs["mean"], stds, families, strict=True):
         nominal = axis.get("nominal")
         unit, factor = units.scale(axis.get("unit", "1"), (nominal or 0.0) * mean)
@@ -133,10 +134,8 @@ def _correlations_text(answer: Mapping[str, Any], request: Mapping[str, Any]) ->
     inputs, axes = request["inputs"], [in_words(axis["name"]) for axis in answer["axes"]]
     matrix = inputs.get("correlation")
     if inputs.get("mixing") is not None:
-        rows = np.array(inputs["mixing"])
-        lengths = np.linalg.norm(rows, axis=1, keepdims=True)
-        rows = rows / np.where(lengths == 0, 1.0, lengths)
-        matrix = rows @ rows.T
+        _, factor = split_mixing(np.array(inputs["mixing"]))
+        matrix = factor @ factor.T
     pairs = [] if matrix is None else [
         f"{axes[first]} and {axes[second]} {number(float(matrix[first][second]))}"
         for first, second in combinations(range(len(axes)), 2) if matrix[first][second] != 0]

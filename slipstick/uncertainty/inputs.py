@@ -67,16 +67,13 @@ class Inputs:
         if self.mixing is None:
             assert self.std is not None
             return self.std
-        std: np.ndarray = np.sqrt(np.sum(self.mixing**2, axis=1))
-        return std
+        return split_mixing(self.mixing)[0]
 
     @cached_property
     def factor(self) -> np.ndarray:
         """The matrix C of z = C u, shape (d, d)."""
         if self.mixing is not None:
-            std = np.where(self.marginal_std == 0, 1.0, self.marginal_std)
-            factor: np.ndarray = self.mixing / std[:, None]
-            return factor
+            return split_mixing(self.mixing)[1]
         return np.eye(self.dimension) if self.correlation is None else np.linalg.cholesky(self.correlation)
 
     @cached_property
@@ -186,3 +183,9 @@ class Inputs:
             largest = np.sqrt((mean - low) * (high - mean))
             raise InvalidValue(f"No beta input from {low:g} to {high:g} with mean {mean:g} has the std {std:g}",
                                f"Give a std below {largest:.4g}, or a wider support")
+
+
+def split_mixing(mixing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Split L = diag(std) C: standard deviations (d,) of the inputs, and C (d, d), whose correlation is C C^T."""
+    std: np.ndarray = np.sqrt(np.sum(mixing**2, axis=1))
+    return std, mixing / np.where(std == 0, 1.0, std)[:, None]

@@ -8,7 +8,7 @@ least-squares regression on samples. The polynomials depend on the shapes of the
 inputs. Polynomials in x itself would have to be rebuilt for each candidate, and are ill-conditioned for a small std.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Literal
 
@@ -22,7 +22,7 @@ from slipstick.uncertainty.chaos.polynomials import Polynomials
 from slipstick.uncertainty.chaos.truncation import degrees
 
 ORDER = 8
-"""Default order; see `default_order` for many inputs."""
+"""Default order of up to five inputs; see `default_order`."""
 Rule = Literal["tensor", "regression"]
 LARGEST = 20_000_000
 """Largest number of entries of a projection matrix, terms times nodes."""
@@ -35,13 +35,14 @@ _LEAST_SLACK = 1e-9  # lower limit of 1 - leverage: at a leverage of 1 the leave
 class ExpansionSettings:
     """Settings of an expansion. Raises `InvalidValue`.
 
-    `order` and `norm` select the polynomials (truncation.py). The `rule` "tensor" runs the model at `nodes` Gauss nodes
-    per axis (default order + 1), and at `checks` additional samples for the error estimate. The rule "regression" runs
-    the model at `samples` samples (default twice the number of terms). Both kinds of samples are drawn with `seed`. The
-    default rule is tensor for one or two inputs and regression for more (benchmarks/sparse_rules.csv).
+    `order` (default `default_order`) and `norm` select the polynomials (truncation.py). The `rule` "tensor" runs the
+    model at `nodes` Gauss nodes per axis (default order + 1), and at `checks` additional samples for the error
+    estimate. The rule "regression" runs the model at `samples` samples (default twice the number of terms). Both kinds
+    of samples are drawn with `seed`. The default rule is tensor for one or two inputs and regression for more
+    (benchmarks/sparse_rules.csv).
     """
 
-    order: int = ORDER
+    order: int | None = None
     norm: float = 1.0
     rule: Rule | None = None
     nodes: int | None = None
@@ -53,7 +54,7 @@ class ExpansionSettings:
         """Check the settings; too few nodes would alias polynomials of high order to low order."""
         if self.rule not in (None, "tensor", "regression"):
             raise InvalidValue(f"There is no rule '{self.rule}'", "Choose tensor or regression")
-        if self.nodes is not None and self.nodes <= self.order:
+        if self.nodes is not None and self.order is not None and self.nodes <= self.order:
             raise InvalidValue(f"{self.nodes} nodes per axis do not resolve polynomials up to order {self.order}",
                                f"Take at least {self.order + 1} nodes, or a lower order")
         if self.checks < 0:
@@ -82,6 +83,7 @@ class Basis:
     @property
     def order(self) -> int:
         """The highest total degree."""
+        assert self.settings.order is not None  # as `make_basis` has set it
         return self.settings.order
 
     @property
@@ -175,6 +177,8 @@ def default_order(dimension: int, norm: float = 1.0) -> int:
 @lru_cache(maxsize=8)
 def make_basis(germs: tuple[Germ, ...], settings: ExpansionSettings) -> Basis:
     """The basis of the germs with its nodes; cached. Raises `InvalidValue`."""
+    if settings.order is None:
+        return make_basis(germs, replace(settings, order=default_order(len(germs), settings.norm)))
     polynomials = Polynomials.of(germs, degrees(len(germs), settings.order, settings.norm))
     rule = settings.rule or ("tensor" if len(germs) <= 2 else "regression")
     other, name, count = ("regression", "runs", settings.samples) if rule == "tensor" else (
@@ -182,12 +186,12 @@ def make_basis(germs: tuple[Germ, ...], settings: ExpansionSettings) -> Basis:
     if count is not None:
         raise InvalidValue(f"`{name}` is {count}, but the rule is {rule}" + " by default" * (settings.rule is None),
                            f"Omit `{name}`, or choose the rule {other}, which takes it")
-    return (_by_tensor if rule == "tensor" else _by_regression)(polynomials, settings)
+    return _by_tensor(polynomials, settings, settings.nodes or settings.order + 1) if rule == "tensor" else \
+        _by_regression(polynomials, settings)
 
 
-def _by_tensor(polynomials: Polynomials, settings: ExpansionSettings) -> Basis:
+def _by_tensor(polynomials: Polynomials, settings: ExpansionSettings, count: int) -> Basis:
     terms, dimension = polynomials.degrees.shape
-    count = settings.nodes or settings.order + 1
     _require_size(terms, count**dimension + settings.checks, "Take the regression, a lower order, or fewer inputs")
     nodes, weights = rules.tensor(polynomials.germs, count)
     projection = (polynomials.at(nodes) * weights[:, None]).T

@@ -14,6 +14,7 @@ from slipstick.uncertainty.chaos import (
     Expansion,
     ExpansionSettings,
     Germ,
+    default_order,
     expand,
     make_basis,
     sensitivity,
@@ -95,7 +96,7 @@ def test_polynomials_up_to_the_order_are_reproduced(settings: ExpansionSettings)
     np.testing.assert_allclose(expansion.coefficients, truth, atol=1e-10)
     np.testing.assert_allclose(expansion.error, 0, atol=1e-10)
     # Negative control: a term above the order is not reproduced, and the error estimate is large.
-    higher = make_basis(MIXED, ExpansionSettings(settings.order + 1, settings.norm, samples=2000))
+    higher = make_basis(MIXED, ExpansionSettings(basis.order + 1, settings.norm, samples=2000))
     beyond = expand(basis, higher.at(basis.nodes)[:, -1:])
     assert beyond.error > 0.2
     assert np.abs(beyond.at(higher.nodes) - higher.at(higher.nodes)[:, -1:]).max() > 0.5
@@ -148,9 +149,18 @@ def test_without_checks_the_tensor_rule_has_no_error_estimate() -> None:
     assert np.isfinite(expansion.std).all()
 
 
+@pytest.mark.parametrize("dimension", [2, 7])
+def test_the_default_order_is_that_of_so_many_inputs(dimension: int) -> None:
+    germs = (HERMITE,) * dimension
+    assert make_basis(germs, ExpansionSettings()).order == default_order(dimension)
+    assert make_basis(germs, ExpansionSettings(norm=0.5)).order == default_order(dimension, 0.5)
+
+
 def test_invalid_settings_raise() -> None:
     with pytest.raises(InvalidValue, match="at least 9 nodes"):
         ExpansionSettings(8, nodes=8)
+    with pytest.raises(InvalidValue, match="at least 9 nodes"):
+        make_basis((HERMITE,) * 2, ExpansionSettings(nodes=8))
     with pytest.raises(InvalidValue, match="Choose tensor or regression"):
         ExpansionSettings(rule="smolyak")  # type: ignore[arg-type]
     with pytest.raises(InvalidValue, match="checks"):
