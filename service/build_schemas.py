@@ -6,7 +6,7 @@ from pydantic import BaseModel, Field, Strict
 
 from slipstick.time_budget import DEFAULT
 
-from .jobs import Ahead, Job, Progress, TimeBudget
+from .jobs import Ahead, Job, MissingMachine, Progress, TimeBudget
 from .paging import Page
 from .routes.tables import StatusCounts
 from .schemas import StrictModel, TableDigest
@@ -64,6 +64,7 @@ class BuildWithProgress(Build):
     """A build with its progress."""
 
     ahead: Ahead
+    missing_machine: MissingMachine = None
     progress: Progress | None = Field(description="Progress; null before the first runs.")
 
 

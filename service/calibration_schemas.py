@@ -5,7 +5,7 @@ from pydantic import BaseModel, Field
 from slipstick.machine_studies.result import MachineParameter
 from slipstick.time_budget import DEFAULT, Partial
 
-from .jobs import Ahead, MachineOfRuns, Progress, RecordedJob, TimeBudget
+from .jobs import Ahead, MachineOfRuns, MissingMachine, Progress, RecordedJob, TimeBudget
 from .paging import Page
 from .schemas import BenchName, RecordingsDigest, RecordingsName, StrictModel
 from .study_schemas import ModelSpec, StartModel
@@ -32,6 +32,7 @@ class CalibrationWithProgress(Calibration):
     """A calibration with its progress."""
 
     ahead: Ahead
+    missing_machine: MissingMachine = None
     progress: Progress | None = Field(description="Progress; null before the first iteration.")
 
 

@@ -9,7 +9,7 @@ from slipstick.uncertainty.chaos import HIGHEST_ORDER, Family, Rule
 from slipstick.uncertainty.fit import FitSettings
 from slipstick.uncertainty.fit.settings import Integration, Method
 
-from .jobs import Ahead, AllSettings, BudgetLeft, RecordedJob, TimeBudget
+from .jobs import Ahead, AllSettings, BudgetLeft, MissingMachine, RecordedJob, TimeBudget
 from .paging import Page
 from .schemas import (
     BenchName,
@@ -146,6 +146,7 @@ class FitWithProgress(Fit):
     """A fit with its progress."""
 
     ahead: Ahead
+    missing_machine: MissingMachine = None
     progress: FitProgress | None = Field(description="Progress and best candidate; null before the first generation.")
 
 

@@ -78,7 +78,7 @@ class JobKind(Generic[Entry, State]):
         fields = vars(self.without_progress(store, job))
         machine = find_machine(str(job.queue_name)) if fields["status"] == "queued" else None
         if machine is not None and not Machines(store.table.engine).has_worker(machine):
-            fields["note"] = tell_missing(machine)
+            fields |= {"note": tell_missing(machine), "missing_machine": machine}
         return self.state.model_validate({**fields, "ahead": store.ahead(job), "progress": progress})
 
     def finished(self, job: WorkflowStatus) -> BaseModel:

@@ -124,6 +124,11 @@ Ahead = Annotated[int | None, Field(description="Number of jobs before this one 
                                                  "long jobs, or of its machine; null unless it is queued.")]
 
 
+MissingMachine = Annotated[str | None, Field(
+    description="Machine that the job waits for: it is queued, and no running worker has the file of this machine; "
+                "null otherwise.")]
+
+
 def job_id_path(kind: str) -> Any:
     """Path parameter for the id of a job of the given kind."""
     return Path(description=f"Id of the {kind}.", pattern=_ID, openapi_examples=_example(kind))

@@ -75,13 +75,10 @@ class Machines:
                     for row in connection.execute(text(query), {} if name is None else {"name": name})]
 
 
-MISSING = "No running worker has the machine"
-"""Begin of the note of a job that waits for one."""
-
-
 def tell_missing(machine: str) -> str:
     """Return what to do where no running worker has a machine that a job needs."""
-    return f"{MISSING} “{machine}”. The job waits until one is started with its file: slipstick work --machine FILE"
+    return (f"No running worker has the machine “{machine}”. The job waits until one is started with its file: "
+            "slipstick work --machine FILE")
 
 
 @lru_cache(maxsize=64)

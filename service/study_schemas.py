@@ -16,7 +16,7 @@ from slipstick.studies.progress import StudyProgress
 from slipstick.studies.result import Law
 from slipstick.time_budget import DEFAULT
 
-from .jobs import Ahead, AllSettings, MachineOfRuns, RecordedJob, TimeBudget
+from .jobs import Ahead, AllSettings, MachineOfRuns, MissingMachine, RecordedJob, TimeBudget
 from .paging import Page
 from .schemas import BenchName, RecordingsDigest, RecordingsName, StrictModel
 
@@ -60,6 +60,7 @@ class StudyWithProgress(Study):
     """A study with its progress."""
 
     ahead: Ahead
+    missing_machine: MissingMachine = None
     progress: StudyProgress | None = Field(description="Progress; null before the first step.")
 
 

@@ -9,7 +9,7 @@ from slipstick.report.words import duration
 
 from ..build_schemas import Build
 from ..front.elements import Link, moment
-from ..front.jobs import Active, Listed, answer_of, describe_progress, describe_subject, lacks_machine, name_of, page_of
+from ..front.jobs import Active, Listed, answer_of, describe_progress, describe_subject, name_of, page_of
 from ..job_kind import JobKind
 from ..job_store import JobStore
 from ..study_schemas import FindingLaw
@@ -62,7 +62,7 @@ def job_state(store: JobStore, job: Active, workers: int) -> str:
         return mark + paragraph(answer_of(store, job.id, str(job.ended)), "lead")
     if job.status in ("failed", "cancelled"):
         return mark + (paragraph(job.problem, "lead") if job.problem else "")
-    return mark + describe_progress(job) + ("" if workers or lacks_machine(job) else _NO_WORKER)
+    return mark + describe_progress(job) + ("" if workers or job.missing_machine else _NO_WORKER)
 
 
 def _downloads(kind: JobKind[Listed, Active], job: Active, laws: Sequence[FindingLaw], has_model: bool) -> str:

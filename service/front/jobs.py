@@ -23,7 +23,6 @@ from ..job_filter import ENDED, JobFilter
 from ..job_kind import JobKind
 from ..job_store import JobStore
 from ..jobs import Progress, finished_job, is_of_machine, is_partial, output_of
-from ..machines import MISSING
 from ..routes.builds import BUILDS
 from ..routes.calibrations import CALIBRATIONS
 from ..routes.fits import FITS
@@ -111,11 +110,6 @@ def page_of(job: Listed) -> str:
     return job.links["self"].removeprefix("/v1")
 
 
-def lacks_machine(job: Active) -> bool:
-    """Return whether a job waits for a worker that has its machine."""
-    return (job.note or "").startswith(MISSING)
-
-
 def describe_progress(job: Active) -> str:
     """Progress in words, and as a bar where the share that is done is known."""
     left = None if job.progress is None else job.progress.budget_left
@@ -126,7 +120,7 @@ def describe_progress(job: Active) -> str:
 def _describe_stage(job: Active) -> str:
     if job.status == "queued":
         place = "Next in its queue" if job.ahead == 0 else f"{plural(job.ahead or 0, 'job')} before it in its queue"
-        return paragraph(place, "doing") + (paragraph(f"{job.note}.", "doing") if lacks_machine(job) else "")
+        return paragraph(place, "doing") + (paragraph(f"{job.note}.", "doing") if job.missing_machine else "")
     match job.progress:
         case StudyProgress(step=step, steps=steps, done=done, doing=doing):
             return _bar(f"Steps of {job.id}", done) + paragraph(f"Step {step} of {steps}. {doing}", "doing")

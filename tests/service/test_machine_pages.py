@@ -265,11 +265,14 @@ def test_a_machine_without_a_worker_is_shown_and_its_jobs_say_so(client: httpx.C
 
     study = submit("studies", recordings="runs")  # nobody has ever told of it
     assert missing in study["note"]
+    assert study["missing_machine"] == "dc motor"
     page = client.get("/recordings/runs").text
     assert lacking in words(page)
     assert 'href="/machines/dc%20motor"' not in page
     tell(MOTOR)
-    assert missing not in client.get(study["links"]["self"]).json()["note"]
+    state = client.get(study["links"]["self"]).json()
+    assert missing not in state["note"]
+    assert state["missing_machine"] is None
     page = client.get("/recordings/runs").text
     assert lacking not in words(page)
     assert 'href="/machines/dc%20motor"' in page
