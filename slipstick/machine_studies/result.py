@@ -86,6 +86,8 @@ class MachineBlock:
     joined: list[str] = field(default_factory=list)
     """Declared blocks that read each other's signals and are simulated together as this one; empty for a declared
     block."""
+    switches: list[str] = field(default_factory=list)
+    """States whose rate may jump, as the block declares them; empty in results of earlier versions."""
 
 
 @dataclass(frozen=True)

@@ -138,7 +138,8 @@ def _conclude(studied: MachineStudy, runs: Runs, doubts: list[str]) -> Studied:
     blocks = [MachineBlock(block.name, f"{', '.join(block.reads) or '–'} → {', '.join(block.signals)}",
                            after[block.name], before[block.name], block.name in unexplained, settled[block.name],
                            [] if block.name in declared else
-                           [name for name, signals in declared.items() if signals <= set(block.signals)])
+                           [name for name, signals in declared.items() if signals <= set(block.signals)],
+                           list(block.switches))
               for block in fitted.recorded.machine.blocks if block.name in after]
     noise = {signal: part.sensors[place].std for part in fitted.recorded.parts
              for place, signal in enumerate(part.signals)}

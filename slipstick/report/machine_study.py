@@ -293,13 +293,15 @@ def warnings(result: MachineStudyResult) -> Entries:
     entries += [(f"Unexplained: block “{block.name}”.", f"Reduced chi-square is {block.chi_square:.2f} with all "
                  "findings, and no candidate explains the rest. Findings and intervals may be off.")
                 for block in result.blocks if block.unexplained]
-    unsettled = [f"“{block.name}”" for block in result.blocks if not block.converged]
+    unsettled = [block for block in result.blocks if not block.converged]
+    smooth = [f"“{block.name}”" for block in unsettled if not block.switches]
     if unsettled:
         entries.append((
-            f"Not converged: block{'s' * (len(unsettled) > 1)} {listed(unsettled)}.",
-            "The fit ended before its optimum: what is left, its parameters and its findings may be those of the fit. "
-            "Equations that are steep about a value, such as the tanh of a speed, are a usual cause: declare the state "
-            "among `switches`, and read its side."))
+            f"Not converged: block{'s' * (len(unsettled) > 1)} {listed([f'“{block.name}”' for block in unsettled])}.",
+            "The fit ended before its optimum: what is left, its parameters and its findings may be those of the fit."
+            + (f" Equations that are steep about a value, such as the tanh of a speed, are a usual cause: if "
+               f"{listed(smooth)} {'have' if len(smooth) > 1 else 'has'} any, declare the state among `switches`, and "
+               "read its side." if smooth else "")))
     entries += [(f"Worse with the findings: block “{block.name}”.", f"Its reduced chi-square is {block.before:.2f} "
                  f"without them, and {block.chi_square:.2f} with them: findings in blocks that give what it reads "
                  "explain their signals badly.") for block in result.blocks if result.findings and _is_worse(block)]

@@ -449,3 +449,6 @@ def test_fits_that_have_not_converged_and_blocks_that_are_worse_with_the_finding
     said = dict(warnings(replace(result, blocks=[worse, *others])))
     assert "`switches`" in said[f"Not converged: block “{first.name}”."]
     assert f"Worse with the findings: block “{first.name}”." in said
+    switching = replace(first, converged=False, switches=["fan speed"])
+    again = dict(warnings(replace(studied.result, blocks=[switching, *others])))
+    assert again[f"Not converged: block “{first.name}”."].endswith("may be those of the fit.")
