@@ -1,6 +1,7 @@
 """The errors of the public interface. Each has a `cause` (what is wrong) and a `remedy` (how to fix it)."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from difflib import get_close_matches
 from numbers import Integral
 
@@ -89,3 +90,13 @@ def require_whole(**numbers: int | None) -> None:
     for name, number in numbers.items():
         if number is not None and (isinstance(number, bool) or not isinstance(number, Integral)):
             raise InvalidValue(f"`{name}` is {number!r}", "Give a whole number")
+
+
+@contextmanager
+def within_memory() -> Iterator[None]:
+    """Raise `InvalidValue` instead of a `MemoryError`, which numbers that are too large cause; for `with`, or `@`."""
+    try:
+        yield
+    except MemoryError as error:
+        raise InvalidValue(f"This takes more memory than there is ({error})",
+                           "Give smaller numbers, such as of samples, points, axes, engagements or runs") from error

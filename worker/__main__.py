@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from slipstick import __version__
-from slipstick.errors import SlipstickError, UnknownName
+from slipstick.errors import SlipstickError, UnknownName, within_memory
 from slipstick.extras import remedy_of
 from slipstick.interruption import exit_with, interrupt_by_exception
 
@@ -52,7 +52,7 @@ def command() -> NoReturn:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit status: 1 for every `SlipstickError`, and where files or memory fail."""
+    """Run one command and return its exit status: 1 for every `SlipstickError`, and where files fail."""
     groups = [[f"{group}:", *(f"  {name:11} {description}" for name, description in names.items())]
               for group, names in GROUPS.items()]
     listing = "\n\n".join("\n".join(lines) for lines in groups)
@@ -74,7 +74,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         given = command_parser(parsed.command).parse_args(parsed.arguments)
         interrupt_by_exception()
-        return int(module_of(parsed.command).run(given))
+        with within_memory():
+            return int(module_of(parsed.command).run(given))
     except SlipstickError as error:
         message = str(error)
     except ImportError as error:
@@ -85,8 +86,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:  # such as a folder that cannot be written
         where = f" '{error.filename}'" if error.filename else ""
         message = f"{error.strerror or error}{where}"
-    except MemoryError as error:
-        message = f"There is not enough memory: {error}. Give fewer points, runs or axes."
     print(f"error: {message}", file=sys.stderr)
     return 1
 

@@ -14,7 +14,7 @@ import numpy as np
 from slipstick.bench import Bench
 from slipstick.black_box import BlackBox, Measurements, Workers
 from slipstick.building import compile_simulator
-from slipstick.errors import InvalidValue
+from slipstick.errors import InvalidValue, within_memory
 from slipstick.inference.fitting import FitTask, complete_settings, say_progress
 from slipstick.inference.problems import Measured, machine_problem, require_reach, simulated_problem, table_problem
 from slipstick.interface.files import now, require_html, write
@@ -158,6 +158,7 @@ class Fit(Result):
 _OUTPUT = ("result", "physical", "figure_data", "seconds", "processor_seconds")
 
 
+@within_memory()
 def fit(simulator: TableLike | Bench | BlackBox, recordings: RecordingsLike | Measurements | Runs,
         parameters: str | Sequence[str] | None = None, *, model: ModelLike | None = None, outside: Outside = "clip",
         settings: FitSettings | Mapping[str, Any] | None = None, budget: float | str | None = None,

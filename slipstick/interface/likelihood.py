@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from slipstick.black_box import Measurements
-from slipstick.errors import InvalidValue, require_whole
+from slipstick.errors import InvalidValue, require_whole, within_memory
 from slipstick.inference.inputs import table_inputs
 from slipstick.inference.likelihoods import Likelihoods, LikelihoodSettings, Method, compute_likelihoods
 from slipstick.inference.problems import Measured, table_problem
@@ -121,6 +121,7 @@ class Likelihood(TableAnswer):
         return candidate
 
 
+@within_memory()
 def likelihood(table: TableLike, recordings: Measured | Path | str, mean: float | Sequence[float] | np.ndarray,
                std: float | Sequence[float] | np.ndarray | None = None, output_std: float | str | None = None, *,
                families: Family | Sequence[Family] | None = None,

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from slipstick.errors import InvalidValue, require_whole
+from slipstick.errors import InvalidValue, require_whole, within_memory
 from slipstick.inference.inputs import table_inputs
 from slipstick.inference.problems import table_model
 from slipstick.inference.propagation import (
@@ -200,6 +200,7 @@ class Propagation(TableAnswer):
         return None if rows[0] is None else numbers(rows)
 
 
+@within_memory()
 def propagate(table: TableLike, mean: float | Sequence[float] | np.ndarray,
               std: float | Sequence[float] | np.ndarray | None = None, *,
               families: Family | Sequence[Family] | None = None,

@@ -13,7 +13,7 @@ from slipstick.building import compile_simulator, say_compilation
 from slipstick.clutch import effects as catalogue
 from slipstick.clutch.effects.effect import Effect
 from slipstick.engine.simulation import simulate_runs
-from slipstick.errors import InvalidValue, UnknownName, require_whole
+from slipstick.errors import InvalidValue, UnknownName, require_whole, within_memory
 from slipstick.interface.models import BenchLike, ModelLike, bench_of, conditions_of, model_of
 from slipstick.machine import Machine, Runs, list_experiments
 from slipstick.numerics.quantities import raised
@@ -32,6 +32,7 @@ def simulate(bench: BenchLike, effects: Effects = (), *, model: ModelLike | None
              scatter: float = SCATTER, noise: float = NOISE, seed: int = 0) -> Recordings: ...
 @overload
 def simulate(bench: Machine, *, seed: int = 0, runs: int | None = None) -> Runs: ...
+@within_memory()
 def simulate(bench: BenchLike | Machine, effects: Effects = (), *, model: ModelLike | None = None,
              conditions: Conditions | Recordings | None = None, engagements: int | None = None,
              scatter: float = SCATTER, noise: float = NOISE, seed: int = 0,

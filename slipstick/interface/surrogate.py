@@ -10,6 +10,7 @@ from slipstick.black_box import BlackBox
 from slipstick.building import axes_of, compile_simulator, say_compilation, train_on_black_box, train_on_clutch
 from slipstick.building.axes import Spans
 from slipstick.building.surrogates import RUNS, SEED, STEPS, Training
+from slipstick.errors import within_memory
 from slipstick.interface.build import (
     accuracy_of,
     refuse_for_black_box,
@@ -25,6 +26,7 @@ from slipstick.recordings import Recordings
 from slipstick.table import Surrogate
 
 
+@within_memory()
 def surrogate(machine: Bench | BlackBox, axes: Spans | None = None, *, model: ModelLike | None = None,
               conditions: Conditions | Recordings | None = None, out: Path | str | None = None, runs: int = RUNS,
               steps: int = STEPS, seed: int = SEED, accuracy: str = "default", threads: int | None = None,

@@ -7,6 +7,7 @@ import scipy
 
 from slipstick.errors import InvalidValue
 
+_MOST_SAMPLES = 1 << 30  # number of different points of scipy's Sobol sequences
 _NEGLIGIBLE = -700.0  # natural log relative to the largest term; smaller terms are subnormal, which is slow
 
 
@@ -14,8 +15,10 @@ _NEGLIGIBLE = -700.0  # natural log relative to the largest term; smaller terms 
 def standard_normals(dimension: int, count: int, seed: int) -> np.ndarray:
     """Scrambled Sobol points of N(0, I), shape (count, dimension), read-only and reproducible from the seed.
 
-    Raises `InvalidValue` unless `count` is a power of two, which the balance of Sobol points requires.
+    Raises `InvalidValue` unless `count` is a power of two, which the balance of Sobol points requires, or for too many.
     """
+    if count > _MOST_SAMPLES:
+        raise InvalidValue(f"{count} samples are too many", f"Take at most {_MOST_SAMPLES}; 4096 suffice for most uses")
     if count < 1 or count & (count - 1):
         raise InvalidValue(f"The number of samples, {count}, is not a power of two", "Take 1024, 2048, 4096 and so on")
     normals: np.ndarray = scipy.stats.qmc.MultivariateNormalQMC(np.zeros(dimension), rng=seed).random(count)

@@ -86,6 +86,7 @@ def test_measurements_of_another_machine_are_taken_in_their_unit() -> None:
     ({"method": "cake"}, "no method 'cake'.*Known: auto, exact, expansion, sampling"),
     ({"outside": "cake"}, "Known: clip, error, nan"), ({"lines": 100}, "number of lines, 100, is not a power of two"),
     ({"lines": 8}, "The number of lines is 8. Give 16 to 1024"), ({"samples": 1000}, "not a power of two"),
+    ({"method": "sampling", "samples": 1 << 46}, "70368744177664 samples are too many. Take at most"),
     ({"seed": -1}, "The seed is -1"), ({"method": "expansion", "order": 99}, "no expansion of order 99"),
     ({"recordings": HEAVY}, "The Bench is not recordings"),
     ({"recordings": Recordings(COMPACT.conditions.take([0]), np.array([0.4]))},

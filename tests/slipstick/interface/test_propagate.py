@@ -186,6 +186,8 @@ def test_another_machine_keeps_its_unit_and_has_no_noise_by_default() -> None:
     ({"conditions": [0, 3]}, "no condition 3. Give indices from 0 to 2"), ({"conditions": [1, 1]}, "more than once"),
     ({"conditions": []}, "No condition is selected"), ({"conditions": [0.5]}, "whole numbers"),
     ({"conditions": 1}, "Give a list of indices"), ({"output_std": -1.0}, "The output std is -1.0"),
+    ({"samples": 1 << 46}, "70368744177664 samples are too many. Take at most"),
+    ({"density_points": 1 << 46}, "takes more memory than there is .*Give smaller numbers, such as of samples"),
     ({"output_std": float("nan")}, "`output_std` is nan"), ({"order": 99}, "no expansion of order 99"),
     ({"norm": 0.0}, "norm of the truncation"), ({"rule": "cake"}, "no rule 'cake'"),
     ({"nodes": 2}, "2 nodes per axis do not resolve"), ({"tolerance": 0.0}, "The tolerance is 0"),

@@ -54,6 +54,7 @@ def test_few_engagements_have_all_levels_of_every_condition(engagements: int) ->
 
 
 @pytest.mark.parametrize(("given", "message"), [
+    ({"engagements": 1 << 46}, "takes more memory than there is .*Give smaller numbers"),
     ({"effects": ["stribek_friction"]}, "Did you mean 'stribeck_friction'"),
     ({"effects": {"stribeck_friction": 99}}, "99 times its typical value, .* Take it between"),
     ({"effects": {"stribeck_friction": {"strength": 99}}}, "is 99. Take it between -0.3 and 1[.]"),
