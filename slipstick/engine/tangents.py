@@ -7,19 +7,24 @@ chain rule along the operations of a tape (tangents, or forward mode: Griewank a
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from numba import njit
 
+from slipstick.engine import equations, stepping
 from slipstick.engine.equations import Problem
 from slipstick.engine.stepping import evaluate, fill_constants
 from slipstick.engine.tape import Layout, Name, Tape, list_values, pack, record_equations
-from slipstick.numerics.linking import linked
+from slipstick.numerics import linking, wide_vectors
+from slipstick.numerics.linking import digest_files, linked, with_key
 
 _LANES = 256
 """Instants of a run that are computed together."""
+_KEY = digest_files(Path(str(module.__file__)) for module in (stepping, equations, linking, wide_vectors))
+"""Of the files from which `_differentiate` links functions and constants."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,6 +217,7 @@ def _respond_to_constants(A, W, C, ends, middles, outputs, h, out):  # type: ign
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
+@partial(with_key, _KEY)
 def _differentiate(tape, paths, starts, seeds, P, V, X, h, ends, middles):  # type: ignore[no-untyped-def]
     """Fill the derivatives at the `ends` of steps h, and in their `middles` unless there are no steps."""
     results, states = tape[6], tape[11]

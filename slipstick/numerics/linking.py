@@ -8,7 +8,10 @@ and computes the same.
 Where a version of numba lacks what is used of its libraries here, functions are compiled as usual.
 """
 
-from collections.abc import Callable
+import hashlib
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from types import CellType, FunctionType
 from typing import Any
 
 from llvmlite import binding
@@ -56,3 +59,19 @@ def linked(function: Callable[..., Any]) -> Any:
     options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cpython_wrapper": True,
                                "no_cfunc_wrapper": True, **LINKED}
     return njit(**options)(function)
+
+
+def digest_files(paths: Iterable[Path], further: str = "") -> str:
+    """SHA-256 of source files, and of a further text: a key of the machine code that is made of them."""
+    return hashlib.sha256(b"".join(path.read_bytes() for path in paths) + further.encode()).hexdigest()
+
+
+def with_key(key: str, function: Callable[..., None]) -> Callable[..., None]:
+    """Return a copy of an entry point with a key in its closure, which the index of numba's cache covers.
+
+    Without one, the index covers the file that defines the function alone. A function around it would hold the key too,
+    but numba would optimize and emit all that it calls once more for it.
+    """
+    assert isinstance(function, FunctionType)
+    code = function.__code__.replace(co_freevars=("key",))
+    return FunctionType(code, function.__globals__, function.__name__, None, (CellType(key),))
