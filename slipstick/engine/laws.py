@@ -125,7 +125,8 @@ def _over(recorded: Recorded, quantity: Quantity, size: float, name: str, parts:
     signal = quantity.name.removesuffix(SENSOR)  # a sensor of what a part gives reads it when the equations are solved
 
     def is_own(part: Part) -> bool:
-        return name in own[part.name] and (signal in part.signals or name in part.system.own)
+        is_read_after = signal in part.signals and signal not in part.drawn
+        return name in own[part.name] and (is_read_after or name in part.system.own)
 
     for part in sorted(parts, key=lambda part: not is_own(part)):
         if is_own(part):

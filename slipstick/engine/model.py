@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.engine.bases import late
-from slipstick.engine.equations import OwnLaw, Problem, refine
+from slipstick.engine.equations import OwnLaw, Problem, cut, refine
 from slipstick.engine.laws import GAIN, Candidate
 from slipstick.engine.recordings import Pair, Part, Recorded, Term, clock_of, pose_nominal, read_track
 from slipstick.engine.trajectory import Trajectory, solve
@@ -88,7 +88,7 @@ class PartModel:
 
     def read(self, every: int) -> np.ndarray:
         """Return what the sensors read without noise (n, o, K) at each `every`-th instant."""
-        return self.late(self.signals + sensor_errors(self, self.signals), every)
+        return self.late(self.signals + sensor_errors(self), every)
 
     @cached_property
     def passed(self) -> dict[str, np.ndarray]:
@@ -136,10 +136,7 @@ class PartModel:
 
     def own(self) -> dict[str, np.ndarray]:
         """Return the values (n, K) of the part's own variables: the signals that it gives, and those of the system."""
-        outputs = self.trajectory.outputs
-        signals = {signal: outputs[:, place] for place, signal in enumerate(self.part.signals)}
-        own = _read_own(self.trajectory.problem, self.trajectory.x)
-        return signals | {name: np.broadcast_to(values, outputs[:, 0].shape) for name, values in own.items()}
+        return _list_own(self.part, self.trajectory)
 
     def law_columns(self, candidate: Candidate) -> np.ndarray:
         """Return the columns (n, m, o, k) of a law; (n, 1, o, k) of one between runs, for a factor of 1."""
@@ -149,13 +146,12 @@ class PartModel:
         if variable.kind == "between":
             return _respond(self, kind, name, candidate.size, np.ones((n, 1, size)))
         own = drawn = first = None
-        if variable.values is None:  # the lags of a sensor are those of its own signal
-            own = (self.signals[:, part.signals.index(name)] if kind == "sensor" and variable.name == name
-                   else self.own()[variable.name])
+        if variable.values is None:
+            own = _read_variable(self, variable.name, name) if kind == "sensor" else self.own()[variable.name]
             if variable.kind == "lags" and name in part.drawn:
                 drawn = candidate.size * variable.basis(part.inputs[part.drawn[name]], size)
             if kind == "sensor" and part.begins[name]:
-                first = candidate.size * variable.basis(part.parameters[part.begins[name][0]], 1)
+                first = candidate.size * variable.basis(_begin_variable(part, variable.name, name), 1)
         return _respond(self, kind, name, candidate.size, candidate.size * variable.basis(own, size), drawn, first)
 
 
@@ -168,6 +164,13 @@ def nominal_own_values(part: Part) -> dict[str, np.ndarray]:
     """Return the values (n, K) of a part's own variables at nominal parameters, of measured states where all are."""
     problem, track = pose_nominal(part), read_track(part)
     return _read_own(problem, solve(problem).x if track is None else track)
+
+
+def _list_own(part: Part, trajectory: Trajectory) -> dict[str, np.ndarray]:
+    """Return the values (n, K) of a part's own variables along a trajectory."""
+    outputs, own = trajectory.outputs, _read_own(trajectory.problem, trajectory.x)
+    signals = {signal: outputs[:, place] for place, signal in enumerate(part.signals)}
+    return signals | {name: np.broadcast_to(values, outputs[:, 0].shape) for name, values in own.items()}
 
 
 def _read_own(problem: Problem, x: np.ndarray) -> dict[str, np.ndarray]:
@@ -268,7 +271,9 @@ def _pose(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Cand
         kind, name = key_of_law(law, part)
         if kind == "sensor":
             for begin in part.begins[name]:  # the sensor has read the nominal value
-                error = law.variables[part.name].weigh(law.size * state.laws[pair], 1, part.parameters[begin])
+                variable = law.variables[part.name]
+                first = _begin_variable(part, variable.name, name) if variable.values is None else None
+                error = variable.weigh(law.size * state.laws[pair], 1, first)
                 parameters[begin] = parameters[begin] - error[:, :1]
             if name not in part.drawn:
                 continue
@@ -289,16 +294,32 @@ def _pose(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Cand
     return Problem(part.system, part.step, driving, quantities, parameters, tuple(inner))
 
 
-def sensor_errors(model: PartModel, signals: np.ndarray) -> np.ndarray:
-    """Return what the sensors read too much (n, o, K) of signals."""
-    errors = np.zeros(signals.shape)
+def sensor_errors(model: PartModel) -> np.ndarray:
+    """Return what the sensors read too much (n, o, K) of the signals."""
+    errors: np.ndarray = np.zeros_like(model.signals)
     for pair, law in model.laws.items():
         kind, name = key_of_law(law, model.part)
         if kind == "sensor":
-            place = model.part.signals.index(name)
-            c = law.size * model.state.laws[pair]
-            errors[:, place] += law.variables[model.part.name].weigh(c, signals.shape[2], signals[:, place])
+            variable, c = law.variables[model.part.name], law.size * model.state.laws[pair]
+            own = _read_variable(model, variable.name, name) if variable.values is None else None
+            errors[:, model.part.signals.index(name)] += variable.weigh(c, errors.shape[2], own)
     return errors
+
+
+def _read_variable(model: PartModel, variable: str, signal: str) -> np.ndarray:
+    """Return the values (n, K) of an own variable over which the sensor of a `signal` is off.
+
+    The signal itself is what the sensor reads.
+    """
+    return model.signals[:, model.part.signals.index(signal)] if variable == signal else model.own()[variable]
+
+
+def _begin_variable(part: Part, variable: str, signal: str) -> np.ndarray:
+    """Return the nominal values (n, 1) at the begin of the runs of an own variable over which a sensor is off."""
+    if variable == signal:
+        return part.parameters[part.begins[signal][0]]
+    problem = pose_nominal(part)
+    return _list_own(part, solve(replace(problem, inputs=cut(problem.inputs, slice(0, 2)))))[variable][:, :1]
 
 
 def _size_of(part: Part, name: str) -> float:
@@ -319,7 +340,7 @@ def _row(model: PartModel, key: Key, recorded: Recorded) -> np.ndarray:
     place = [clock_of(part, signal) for signal in names].index(name)
     if place >= o:
         return _respond_to_clock(model, names[place], _clock(recorded, name, model.state))
-    whole = (model.signals + sensor_errors(model, model.signals))[:, place]
+    whole = (model.signals + sensor_errors(model))[:, place]
     before, after = (late(whole, part.fine * (model.clocks[place] + by), part.fine) for by in (-_LATER, _LATER))
     column = np.zeros((n, 1, o, before.shape[1]))
     if names[place] in part.drawn:
@@ -385,14 +406,15 @@ def _respond(model: PartModel, kind: Any, name: str, size: float, basis: np.ndar
 
 def _read(model: PartModel, change: np.ndarray) -> np.ndarray:
     """Return the changes (n, m, o, k) of what sensors read, with changes (n, m, o, K) of their signals."""
-    part, through = model.part, list[tuple[int, np.ndarray]]()  # errors of sensors over their own signals
+    # Errors of sensors over signals of the part. Those over states that nobody measures move too, by next to nothing.
+    part, through = model.part, list[tuple[int, np.ndarray]]()
     for pair, law in model.laws.items():
         which, name = key_of_law(law, part)
         variable = law.variables[part.name]
-        if which == "sensor" and variable.values is None:
-            place = part.signals.index(name)
-            through.append((place, variable.differentiate(law.size * model.state.laws[pair], model.signals[:, place],
-                                                          change[:, :, place])))
+        if which == "sensor" and variable.values is None and variable.name in part.signals:
+            c, values = law.size * model.state.laws[pair], _read_variable(model, variable.name, name)
+            through.append((part.signals.index(name), variable.differentiate(
+                c, values, change[:, :, part.signals.index(variable.name)])))
     for place, more in through:
         change[:, :, place] += more
     return model.late(change, part.fine)

@@ -19,6 +19,7 @@ from slipstick.engine.products import expand
 from slipstick.engine.recordings import Pair, Part, Recorded
 from slipstick.engine.simulation import simulate
 from slipstick.machine import Profile, Runs, open_machine
+from slipstick.machine.whole import compose
 
 TABLES = Path(__file__).parents[3] / "tables" / "machines"
 RUNS = 6
@@ -32,7 +33,8 @@ def drive(rng: np.random.Generator, end: float, low: float, high: float) -> dict
 
 @cache
 def record(name: str) -> Recorded:
-    """The shipped machine with runs that it simulates itself, driven by smooth signals."""
+    """The shipped machine with runs that it simulates itself, driven by smooth signals; "whole" is one part of all."""
+    is_whole, name = name.startswith("whole "), name.removeprefix("whole ")
     machine = open_machine(TABLES / f"{name}.py")
     rng = np.random.default_rng(4)
     if name == "two_tanks":
@@ -45,7 +47,8 @@ def record(name: str) -> Recorded:
     measured = {signal: value + NOISE[signal] * rng.standard_normal(value.shape)
                 for signal, value in signals.items() if signal in NOISE}
     order = np.array([3.0, 0, 5, 1, 4, 2])
-    recorded = prepare(machine, Runs(time, measured, commands, stated, order=order))
+    recorded = prepare(compose(machine) if is_whole else machine, Runs(time, measured, commands, stated, order=order),
+                       is_free=is_whole)
     return replace(recorded, parts=tuple(
         replace(part, beyond={name: 0 * value for name, value in part.beyond.items()}) for part in recorded.parts))
 
@@ -128,7 +131,9 @@ LAWS: dict[str, list[tuple[Pair, ...]]] = {
     "dc_motor": [
         (), (("friction torque", "speed"),), (("torque constant", "current"),), (("viscous friction", "load torque"),),
         (("resistance", PAST + "voltage"),), (("dry friction", "position"),), (("current sensor", GAIN),),
-        (("speed sensor", LAG),), (("speed sensor", GAIN), ("voltage", "run order"))]}
+        (("speed sensor", LAG),), (("speed sensor", GAIN), ("voltage", "run order"))],
+    "whole two_tanks": [(("level 1 sensor", "level 2"),), (("level 2 sensor", "level 1"), ("level 2 sensor", GAIN))],
+    "whole dc_motor": [(("current sensor", "speed"),)]}
 
 
 @pytest.mark.parametrize(("name", "pairs"), [(name, pairs) for name, listed in LAWS.items() for pairs in listed])
