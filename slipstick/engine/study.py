@@ -37,6 +37,8 @@ from slipstick.machine.runs import Profile, Runs
 from slipstick.machine.whole import compose
 from slipstick.numerics.threads import in_one_blas_thread
 
+_STATED = 0.005
+"""Share of the excess that further steps of fits may promise: the share that laws close is stated in per cent."""
 _Tried = TypeVar("_Tried")
 _TRIALS = np.errstate(over="ignore", invalid="ignore", divide="ignore")
 """Without warnings of trial steps from which equations overflow: such steps are not taken."""
@@ -47,7 +49,8 @@ class Gap:
     """What the simulation leaves of the runs beyond noise, in whitened squares: with laws from other runs.
 
     `without` and `beside` are excesses over the number of samples, without laws and with them; `closed` is the share
-    that the laws explain, by runs (n,) whose own squares did not enter them. `converged` is whether both fits are.
+    that the laws explain, by runs (n,) whose own squares did not enter them. `converged` is whether both fits are so
+    far that this share is known.
     """
 
     without: float
@@ -301,7 +304,9 @@ def _choose_control(bare: Fit, candidates: Sequence[Candidate], findings: Sequen
 
 
 def _compare(bare: Fit, extended: Fit) -> Gap:
-    return Gap(_excess(bare), _excess(extended), bare.converged and extended.converged)
+    without, promised = _excess(bare), 2 * (abs(bare.promised) + abs(extended.promised))
+    converged = (bare.converged and extended.converged) or promised < _STATED * without
+    return Gap(without, _excess(extended), converged)
 
 
 def _excess(fit: Fit) -> float:

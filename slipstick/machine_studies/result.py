@@ -141,7 +141,7 @@ class MachineGap:
     errors: float
     """Standard errors in which the runs agree about it."""
     converged: bool
-    """Whether the fits of the whole machine without and with the findings converged."""
+    """Whether the fits of the whole machine without and with the findings converged so far that this share is known."""
     control_converged: bool = True
     """Whether those without and with the control converged; true in results of earlier versions."""
 

@@ -20,7 +20,7 @@ from slipstick.engine.recordings import Recorded
 from slipstick.engine.selection import Identification, _is_unexplained, identify, settle
 from slipstick.engine.settings import EngineSettings
 from slipstick.engine.simulation import simulate
-from slipstick.engine.study import study
+from slipstick.engine.study import _compare, study
 from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Runs, Sensor
 from slipstick.machine.digest import digest
 from slipstick.machine.kinds import KINDS
@@ -174,7 +174,9 @@ def test_the_whole_machine_confirms_the_law_and_not_the_control() -> None:
     assert closed is not None
     assert by_control is not None
     assert by_control < 0.3 < 0.9 < closed
-    assert replace(confirmation.gap, converged=False).closed is None
+    for converged, share, is_known in ((False, 0.001, True), (False, 0.01, False), (True, 0.01, True)):
+        further = replace(confirmation.fit, converged=converged, promised=0.5 * share * confirmation.gap.without)
+        assert (_compare(confirmation.bare, further).closed is not None) == is_known
     inflow = next(each for each in result.parameters if each.name == "inflow")
     assert abs(inflow.mean - 1.03 * INFLOW) < 4 * inflow.error + 0.02 * INFLOW
     assert result.digest == digest(EngineSettings(), declare(), KINDS)
