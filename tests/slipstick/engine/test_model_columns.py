@@ -201,3 +201,15 @@ def test_columns_of_bent_laws_over_own_variables_are_linear_within_steps(name: s
         off.append(compare(taken, part, model, laws, columns_of(taken, model, laws), direction))
     assert off[0] < 1e-2
     assert off[2] < 0.4 * off[0]
+
+
+def test_every_law_of_a_whole_machine_acts_on_what_its_columns_say() -> None:
+    """Over what it depends on in the part of all blocks, which have several states and signals."""
+    recorded = record("whole two_tanks")
+    part, = recorded.parts
+    for pair, law in candidates_of("whole two_tanks").items():
+        laws = {pair: law}
+        model = build_part(recorded, part, begin(recorded, laws), laws)
+        direction = np.zeros(len(recorded.random) + len(recorded.shared) + law.count)
+        direction[-law.count:] = STEP * draw_form(law)
+        assert compare(recorded, part, model, laws, columns_of(recorded, model, laws), direction) < 0.02, pair
