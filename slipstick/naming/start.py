@@ -20,6 +20,7 @@ from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.forward import forward, lacks_something
 from slipstick.naming.input import InputBlock
+from slipstick.naming.linear_model import predict
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
 from slipstick.naming.parameters import converter_of, parameters_of
@@ -77,6 +78,7 @@ class Closing:
         scene = replace(scene, of_plates=of_plates(scene, self.block.in_contact))  # as the blocks that come after it
         for name in ("load", "input"):
             if name in fits and not is_unexplained(fits[name].chi2, fits[name].chi2, scene.settings):
+                predict(fits[name].block, fits[name].points, fits[name].shared, fits[name].held)
                 scene = _explained(scene, fits[name].block, fits[name])
         block = ClutchBlock(scene, self.block.pressure, self.block.late)
         block.in_contact = self.block.in_contact

@@ -10,6 +10,7 @@ from slipstick.clutch.model import Model
 from slipstick.naming.evidence import gains, table
 from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.input import InputBlock
+from slipstick.naming.linear_model import predict
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.scene import Scene
@@ -46,6 +47,17 @@ def test_explained_speeds_have_less_noise(plain: tuple[Start, np.ndarray]) -> No
     clutch = start.closing.with_explained_speeds(start.fits)
     assert off(clutch, true) < 0.6 * off(start.closing.block, true)
     np.testing.assert_array_equal(clutch.in_contact.full, start.closing.block.in_contact.full)
+
+
+def test_explained_speeds_do_not_depend_on_what_was_predicted_last(plain: tuple[Start, np.ndarray]) -> None:
+    start, _ = plain
+    assert start.closing is not None
+    before = start.closing.with_explained_speeds(start.fits).scene.smooth
+    for name in ("load", "input"):
+        predict(start.fits[name].block, start.fits[name].points + 0.1, start.fits[name].shared, ())
+    after = start.closing.with_explained_speeds(start.fits).scene.smooth
+    for name in ("output_speed", "input_speed"):
+        np.testing.assert_array_equal(after[name], before[name])
 
 
 def test_a_speed_that_is_not_explained_remains_the_measured_one() -> None:
