@@ -68,8 +68,6 @@ def further(right: SimulationFit, other: SimulationFit, rival: str) -> list[Furt
     conditions, recorded = _list_candidates(given)
     here, there = (_move_elsewhere(fit, conditions) for fit in (right, other))
     points = [np.tile(fit.fitted.mean, (len(conditions), 1)) for fit in (right, other)]
-    for block, fit in ((here, right), (there, other)):
-        block.at(fit.fitted.shared)
     by_right, by_other = here.base(points[0]), there.base(points[1])
     locks = np.all(np.abs(by_right - by_other) < 1e5, axis=1)
     own, _ = there.columns(points[1], (), by_other)
@@ -118,4 +116,4 @@ def _move_elsewhere(fit: SimulationFit, conditions: Conditions) -> SimulatedBenc
     blank = np.zeros((len(conditions), block.measured.shape[1]))
     traces = Traces(unmeasured, blank, np.ones(blank.shape, bool), block.traces.noise, block.traces.clocks,
                     block.traces.converter, conditions)
-    return SimulatedBench(traces, block.terms)
+    return SimulatedBench(traces, block.terms).at(fit.fitted.shared)

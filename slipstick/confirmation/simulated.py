@@ -14,7 +14,7 @@ from slipstick.blocks.whitening import BlockNoise
 from slipstick.clutch import ensemble
 from slipstick.confirmation.terms import Terms
 from slipstick.confirmation.traces import Traces
-from slipstick.naming.block import Laws, Pair
+from slipstick.naming.block import Laws, Pair, changed
 from slipstick.naming.law_map import LawMap
 from slipstick.naming.mechanics import CONDITIONS_WITHIN, KNOWN
 from slipstick.numerics.threads import mapped
@@ -91,9 +91,9 @@ class SimulatedBench:
         late = [self.traces.clocks.get(signal, 0.0) / self.scene.step for signal in self.traces.signals]
         return np.concatenate([np.zeros(len(self.terms.unknowns)), late])
 
-    def at(self, shared: np.ndarray) -> None:
-        """Set the `shared` values (p + c,): coefficients are differences from neutral over the span."""
-        self.shared = shared
+    def at(self, shared: np.ndarray) -> "SimulatedBench":
+        """The block with the `shared` values (p + c,): coefficients are differences from neutral over the span."""
+        return changed(self, shared=shared)
 
     def values(self, shared: np.ndarray) -> np.ndarray:
         """The coefficients (p,) in their units, within their bounds."""
@@ -107,9 +107,9 @@ class SimulatedBench:
         """The rows (n, K) at `points` (n, q)."""
         return np.asarray(self.rows_at(points[None], self.shared)[0])
 
-    def part(self, points: np.ndarray, shared: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
+    def part(self, points: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
         """The rows (n, K) of the engagements `rows` (n,), and 0 of the others."""
-        return np.where(rows[:, None], self.rows_at(points[None], shared)[0], 0.0)
+        return np.where(rows[:, None], self.base(points), 0.0)
 
     def rows_at(self, points: np.ndarray, shared: np.ndarray) -> np.ndarray:
         """The rows (s, n, K) at s sets of `points` (s, n, q) relative to nominal."""

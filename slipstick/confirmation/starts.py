@@ -30,9 +30,8 @@ def search_start(block: SimulatedBench, points: np.ndarray,
         tried = []
         for multiple in _MULTIPLES:
             moved, shifted = shared + _typical(block, term, multiple), points - multiple * taken[:, place]
-            block.at(moved)
             # The median does not mind a few engagements that no start suits.
-            each = (((block.measured - block.base(shifted)) * block.counted) ** 2).sum(axis=1)
+            each = (((block.measured - block.at(moved).base(shifted)) * block.counted) ** 2).sum(axis=1)
             tried.append((float(np.median(each)), moved, shifted))
         _, shared, points = min(tried, key=lambda trial: trial[0])
     return points, shared
@@ -44,8 +43,7 @@ class About:
     def __init__(self, block: SimulatedBench, fitted: CurvedFit) -> None:
         """Compute the columns of the parameters and of the coefficients."""
         self.block, self.fitted = block, fitted
-        block.at(fitted.shared)
-        self.own, self.fixed = block.columns(fitted.points, (), fitted.predicted)
+        self.own, self.fixed = block.at(fitted.shared).columns(fitted.points, (), fitted.predicted)
         self.z = block.measured - fitted.predicted + np.einsum("nq,nqk->nk", fitted.points, self.own)
         self.z = self.z + fitted.shared @ self.fixed
 

@@ -8,7 +8,8 @@ All parameters are relative changes, 0 at the nominal value: a parameter of the 
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from copy import copy
+from typing import Any, Protocol, Self, TypeVar
 
 import numpy as np
 
@@ -20,8 +21,8 @@ from slipstick.naming.scene import Pair, Scene
 Laws = Sequence[tuple[Pair, np.ndarray]]
 """Pairs with the coefficients (m,) of their laws."""
 
-__all__ = ["CLOSING", "NOT_FINER", "Block", "Laws", "Pair", "SearchedBlock", "fineness", "finer_at_first", "finest",
-           "first_shared", "has_few_numbers", "is_changing_delay"]
+__all__ = ["CLOSING", "NOT_FINER", "Block", "Laws", "Pair", "SearchedBlock", "changed", "fineness", "finer_at_first",
+           "finest", "first_shared", "has_few_numbers", "is_changing_delay"]
 
 
 class Block(Protocol):
@@ -73,6 +74,16 @@ class Block(Protocol):
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """The noise of the residual `measured` - prediction."""
+
+
+SomeBlock = TypeVar("SomeBlock")
+
+
+def changed(block: SomeBlock, **attributes: Any) -> SomeBlock:
+    """The block with other `attributes`; the given one stays as it is."""
+    other = copy(block)
+    vars(other).update(attributes)
+    return other
 
 
 def first_shared(block: Block) -> np.ndarray:
@@ -158,5 +169,8 @@ class SearchedBlock(Block, Protocol):
     def size(self, pair: Pair) -> int:
         """Number of coefficients of the law of a pair, without its columns."""
 
-    def part(self, points: np.ndarray, shared: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
-        """The signal (n, k) of the engagements `rows` (n,) alone, at `points` (n, q) and `shared` values (p,)."""
+    def at(self, shared: np.ndarray) -> Self:
+        """The block at `shared` values (p,)."""
+
+    def part(self, points: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
+        """The signal (n, k) of the engagements `rows` (n,) alone, at `points` (n, q)."""

@@ -1,13 +1,12 @@
 """The closing piston with the laws that were found in full contact, and what it asks for itself."""
 
 from collections.abc import Mapping, Sequence
-from copy import copy
 from dataclasses import replace
 
 import numpy as np
 
 from slipstick.naming.asked import Ask, Asked
-from slipstick.naming.block import Pair
+from slipstick.naming.block import Pair, changed
 from slipstick.naming.closing import closing, followed
 from slipstick.naming.contact import OnsetBlock
 from slipstick.naming.curved import CurvedFit
@@ -60,8 +59,7 @@ def closed(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding], 
     if alone and is_unexplained(clutch.chi2, clutch.chi2, settings):
         # Plates that meet where no law lets them show in full contact as laws of the friction, beside which none of the
         # piston is found. Without them, the clutch may name what it lacks.
-        other = copy(block)
-        other.finer = contact.block.finer
+        other = changed(block, finer=contact.block.finer)
         begun = _settled(other, contact, places[:1], [law for law in contact.laws if law not in alone]) \
             if without is None else replace(without, block=other)
         again, others = ask_of(other, begun, [finding for finding in in_contact if finding.pair not in alone])
@@ -87,6 +85,5 @@ def _searched(block: ClutchBlock, contact: BlockFit) -> list[np.ndarray]:
 def _settled(block: ClutchBlock, contact: BlockFit, places: Sequence[np.ndarray], laws: Sequence[Pair]) -> CurvedFit:
     """The best fit with these laws from several points (n, q), with the friction coefficients of full contact."""
     starts = [np.concatenate([contact.points[:, :1], points[:, 1:]], axis=1) for points in places]
-    fits = mapped(lambda points: settled(copy(block), points, contact.shared[:1], tuple(laws), contact.coefficients),
-                  starts)
-    return replace(max(fits, key=evidence_of), block=block)
+    return max(mapped(lambda points: settled(block, points, contact.shared[:1], tuple(laws), contact.coefficients),
+                      starts), key=evidence_of)

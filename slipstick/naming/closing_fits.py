@@ -1,8 +1,6 @@
 """Fits of the closing piston with the law of each pair that promises something."""
 
 from collections.abc import Callable, Sequence
-from copy import copy
-from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
@@ -70,19 +68,17 @@ def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings
     linear_gains = {gain.pair: gain for gain in promising}
 
     def begun_with(pair: Pair) -> CurvedFit:
-        block_copy = copy(block)  # a fit changes where its block is
         is_lag = pair[0] in CONSTANT
-        first = fit_curved(block_copy, (*now.laws, pair), start=now, iterations=_FIRST_OF_LAG if is_lag else _FIRST)
+        first = fit_curved(block, (*now.laws, pair), start=now, iterations=_FIRST_OF_LAG if is_lag else _FIRST)
         if (strained or lacks) and not is_lag:
-            first = max(first, annealed(block_copy, now, pair), key=evidence_of)
-        return replace(first, block=block)
+            first = max(first, annealed(block, now, pair), key=evidence_of)
+        return first
 
     def ended(start: CurvedFit) -> CurvedFit:
-        block_copy = copy(block)
-        best = fit_curved(block_copy, start.laws, start=start, iterations=10)
-        again = from_common(block_copy, best.mean, best.shared, best.held, iterations=10)
+        best = fit_curved(block, start.laws, start=start, iterations=10)
+        again = from_common(block, best.mean, best.shared, best.held, iterations=10)
         best = max(best, again, key=evidence_of)
-        return replace(regained(block_copy, best) if lacks else best, block=block)
+        return regained(block, best) if lacks else best
 
     begun = _in_threads(begun_with, list(linear_gains), lambda pair: ask(Asked("clutch", ("clutch",), pair)))
     begun.sort(key=evidence_of, reverse=True)

@@ -5,6 +5,7 @@ piston. In full contact the piston rests, and torque over pressure is the fricti
 """
 
 from collections.abc import Mapping
+from typing import Self
 
 import numpy as np
 import scipy
@@ -12,7 +13,7 @@ import scipy
 from slipstick.blocks.sensor_noise import power
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming.bases import hats
-from slipstick.naming.block import Laws, Pair
+from slipstick.naming.block import Laws, Pair, changed
 from slipstick.naming.piston import OWN, ClutchBlock, Late, last_of
 from slipstick.naming.scene import Scene
 
@@ -97,12 +98,11 @@ class ContactBlock(ClutchBlock):
         self._off = np.zeros(self._unknown.shape[1])
         self.fixed = ("clock", *(f"pressure {i}" for i in range(len(self._off))))
         self.fixed_std = np.array([scene.step, *[scene.pressure_error[0]] * len(self._off)])
-        self.know(points[:, :1])
+        self.modes = self._modes_at(points[:, :1])
 
-    def at(self, shared: np.ndarray) -> None:
-        """Set the clock, in s, and the errors (m,) of the pressure in bar: the `shared` values (1 + m,)."""
-        super().at(shared[:1])
-        self._off = shared[1:]
+    def at(self, shared: np.ndarray) -> Self:
+        """The block with the clock, in s, and the errors (m,) of the pressure in bar: the `shared` values (1 + m,)."""
+        return changed(super().at(shared[:1]), _off=shared[1:])
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Torque (n, k) in N m as the sensor reads it, at `points` (n, 1)."""

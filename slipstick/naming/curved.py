@@ -32,7 +32,7 @@ from slipstick.engine.linear_model import REACH, Gram, estimate
 from slipstick.naming.block import Pair, SearchedBlock
 from slipstick.naming.curved_steps import DAMPING, Values, prior_of, scatter_of, squares_of, stepped
 from slipstick.naming.fit import BlockFit, reduced
-from slipstick.naming.linear_model import gram_of, predict
+from slipstick.naming.linear_model import gram_of
 
 _LEAST = 1e-4**2
 """Smallest variance of a parameter, relative to nominal squared: far below what recordings tell, and not singular."""
@@ -93,6 +93,7 @@ def fit_curved(block: SearchedBlock, laws: Sequence[Pair] = (), start: CurvedFit
         variance = np.array([_FIRST_SCATTER, *[_OTHER_SCATTER] * (q - 1)]) ** 2
     noise = block.noise(values.points)
     last, damping, best = np.inf, DAMPING, None
+    block = block.at(values.shared)
     for iteration in range(iterations + 1):
         predicted, own, gram = _linearised(block, values, noise)
         information = gram.products[:, :q, :q]
@@ -113,14 +114,10 @@ def fit_curved(block: SearchedBlock, laws: Sequence[Pair] = (), start: CurvedFit
         if iteration == iterations or at_rest:
             break
         last = evidence.sum()
-        values, damping = stepped(block, values, gram, own, variance, noise, float(cost.sum() + prior), damping)
+        block, values, damping = stepped(block, values, gram, own, variance, noise, float(cost.sum() + prior),
+                                         damping)
     assert best is not None
     return replace(best, converged=bool(at_rest))
-
-
-def _predicted(block: SearchedBlock, values: Values) -> np.ndarray:
-    """The prediction (n, k)."""
-    return np.asarray(predict(block, values.points, values.shared, values.laws))
 
 
 def _linearised(block: SearchedBlock, values: Values, noise: BlockNoise) -> tuple[np.ndarray, np.ndarray, Gram]:
@@ -128,7 +125,8 @@ def _linearised(block: SearchedBlock, values: Values, noise: BlockNoise) -> tupl
 
     The parameters themselves are the coefficients of the latter.
     """
-    predicted, laws = _predicted(block, values), values.laws
+    laws = values.laws
+    predicted = block.base(values.points, laws)
     own, fixed = block.columns(values.points, laws, predicted)
     free = [block.basis(pair, values.points, laws, predicted) for pair, _ in laws]
     z = block.measured - predicted + np.einsum("nq,nqk->nk", values.points, own)

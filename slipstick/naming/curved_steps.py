@@ -117,22 +117,23 @@ def within_bounds(points: np.ndarray, curvature: np.ndarray, slope: np.ndarray) 
 
 
 def stepped(block: SearchedBlock, values: Values, gram: Gram, own: np.ndarray, variance: np.ndarray,
-             noise: BlockNoise, cost: float, damping: float) -> tuple[Values, float]:
-    """A step that lowers the `cost`, and the damping of the next one; the same values where none was found.
+            noise: BlockNoise, cost: float, damping: float) -> tuple[SearchedBlock, Values, float]:
+    """A step that lowers the `cost`, with the block there, and the damping of the next one.
 
-    `own` (n, q, k) are the slopes in the points.
+    They are the same block and values where none was found. `own` (n, q, k) are the slopes in the points.
     """
     for _ in range(_TRIALS):
         common = _damped(values, gram, variance, damping)
         begun = _with_common(block, values, common)
         slope, curvature = _own_terms(values, gram, variance, common)
-        moved, least = _try_dampings(block, begun, slope, curvature, variance, noise)
+        there = block.at(begun.shared)
+        moved, least = _try_dampings(there, begun, slope, curvature, variance, noise)
         if block.follows_chords:
-            moved, least = _follow_by_chords(block, moved, curvature, own, variance, noise)
+            moved, least = _follow_by_chords(there, moved, curvature, own, variance, noise)
         if least.sum() + prior_of(moved, gram) < cost:
-            return moved, max(damping / _FACTOR, _LEAST_DAMPING)
+            return there, moved, max(damping / _FACTOR, _LEAST_DAMPING)
         damping = max(damping * _FACTOR, DAMPING)
-    return values, damping
+    return block, values, damping
 
 
 def _try_dampings(block: SearchedBlock, begun: Values, slope: np.ndarray, curvature: np.ndarray, variance: np.ndarray,
@@ -141,8 +142,8 @@ def _try_dampings(block: SearchedBlock, begun: Values, slope: np.ndarray, curvat
     n, q = begun.points.shape
 
     def measure(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        values = replace(begun, points=points)
-        return points, squares_of(block, _predict(block, values), noise) + scatter_of(values, variance)
+        squares = squares_of(block, block.base(points, begun.laws), noise)
+        return points, squares + scatter_of(replace(begun, points=points), variance)
 
     def tried(damping: float) -> tuple[np.ndarray, np.ndarray]:
         return measure(begun.points + within_bounds(begun.points, curvature * (1 + damping * np.eye(q)), slope))
@@ -163,9 +164,8 @@ def _follow_by_chords(block: SearchedBlock, begun: Values, curvature: np.ndarray
     white = whitened(own, block.counted, noise)
 
     def measure(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        values = replace(begun, points=points)
-        left = whitened((block.measured - _predict(block, values))[:, None], block.counted, noise)
-        return left, (left**2).sum(axis=(1, 2)) + scatter_of(values, variance)
+        left = whitened((block.measured - block.base(points, begun.laws))[:, None], block.counted, noise)
+        return left, (left**2).sum(axis=(1, 2)) + scatter_of(replace(begun, points=points), variance)
 
     points, (n, q) = begun.points, begun.points.shape
     damping = np.full((n, 1, 1), _OWN_DAMPINGS[0])
@@ -182,8 +182,3 @@ def _follow_by_chords(block: SearchedBlock, begun: Values, curvature: np.ndarray
         easier = np.maximum(damping / _FACTOR, _OWN_DAMPINGS[0])
         damping = np.where(lower[:, None, None], easier, damping * _FACTOR)
     return replace(begun, points=points), least
-
-
-def _predict(block: SearchedBlock, values: Values) -> np.ndarray:
-    """The prediction (n, k), which leaves the block as it is."""
-    return block.part(values.points, values.shared, values.laws, np.ones(len(values.points), bool))

@@ -37,7 +37,8 @@ _LOWEST, _HIGHEST = -0.7, 0.9  # of parameters relative to nominal, so that gain
 class BlockFit:
     """A block with `laws`: `points` (n, q) relative to nominal, `shared` (p,) and `coefficients` of the laws.
 
-    `fitted` is the linear mixed model about them, `predicted` (n, k) the output, `noise` that of the block.
+    `fitted` is the linear mixed model about them, `predicted` (n, k) the output of the block, which is at these values,
+    and `noise` that of the block.
     """
 
     block: Block
@@ -55,8 +56,7 @@ class BlockFit:
         return [(law, self.coefficients[law]) for law in self.laws]
 
     def columns(self, laws: Sequence[Pair]) -> Columns:
-        """The columns about its values, with those of these laws; a block holds what was predicted last."""
-        predict(self.block, self.points, self.shared, self.held)
+        """The columns about its values, with those of these laws."""
         return columns_of(self.block, self.points, self.shared, self.held, self.predicted, laws)
 
     def places(self, pair: Pair) -> np.ndarray:
@@ -134,13 +134,14 @@ def fit(block: Block, laws: tuple[Pair, ...] = (), start: BlockFit | None = None
     first_fit = fit_together([block], [laws], [start])[0]
     if start is not None or first_fit.noise.decay is None:
         return first_fit
-    return fit_together([block], [laws], [replace(first_fit, noise=block.noise(first_fit.points))])[0]
+    return fit_together([block], [laws], [replace(first_fit, noise=first_fit.block.noise(first_fit.points))])[0]
 
 
 @dataclass(frozen=True, eq=False)
 class _Place:
-    """Where a block is in a fit: `points` (n, q), `shared` (p,), and what it predicts there."""
+    """Where a `block` is in a fit: `points` (n, q), `shared` (p,), and what it predicts there."""
 
+    block: Block
     points: np.ndarray
     shared: np.ndarray
     predicted: np.ndarray
@@ -168,7 +169,7 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
     noises: list[BlockNoise | None] = [None if start is None else start.noise for start in starts]
     best: tuple[float, _State] | None = None
     likeliest: tuple[float, list[BlockFit]] | None = None
-    is_last, promised, halvings = True, np.inf, 0
+    promised, halvings = np.inf, 0
     begun = sum(start.fitted.posterior for start in starts if start is not None)
     for _ in range(iterations):
         each = [(now, *of_block) for of_block in zip(blocks, laws, now.points, now.shared, noises, strict=True)]
@@ -178,7 +179,6 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
         now = now.complete(joint.places)
         # At the variances for which the step was made: with others the likelihood may rise or fall without a step.
         reached = estimate(joint.gram, variance, fixed=True).at(now.common)
-        is_last = False
         if best is not None and reached.posterior <= best[0] - _SETTLED:
             if promised < _PROMISED or halvings == _HALVINGS:
                 break
@@ -192,17 +192,14 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
         best = here.posterior, now
         # Variances are those of what a step promises: where it does not keep it, those before are more likely.
         likelier = max(here, reached, key=attrgetter("posterior"))
-        if is_last := likeliest is None or likelier.posterior > likeliest[0] - _SETTLED:
+        if likeliest is None or likelier.posterior > likeliest[0] - _SETTLED:
             alone = [likelier] if len(parts) == 1 else _alone(parts, joint, likelier)
-            likeliest = likelier.posterior, _fits(blocks, laws, places, now.values, alone)
+            likeliest = likelier.posterior, _fits(laws, places, now.values, alone)
         if min(rise, promised) < max(_SETTLED, rough * (here.posterior - begun)):
             break
         halvings = 0
         now = now.stepped(fitted, [part.gram.random for part in parts], joint.places)
     assert likeliest is not None
-    if not is_last:
-        for block_fit in likeliest[1]:  # a block holds what was predicted last
-            predict(block_fit.block, block_fit.points, block_fit.shared, block_fit.held)
     return likeliest[1]
 
 
@@ -263,12 +260,13 @@ def _about(now: _State, block: Block, laws: tuple[Pair, ...], points: np.ndarray
            noise: BlockNoise | None) -> tuple[_Place, Part]:
     """What a block predicts with the values of its laws, and its linear model there; with the noise if it is known."""
     held = now.held(laws)
-    place = _Place(points, shared, predict(block, points, shared, held), noise or block.noise(points))
-    return place, part_of(block, columns_of(block, points, shared, held, place.predicted, laws), place.noise)
+    block, predicted = predict(block, points, shared, held)
+    place = _Place(block, points, shared, predicted, noise or block.noise(points))
+    return place, part_of(block, columns_of(block, points, shared, held, predicted, laws), place.noise)
 
 
-def _fits(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], places: Sequence[_Place],
-          values: Mapping[Pair, np.ndarray], fitted: Sequence[Fitted]) -> list[BlockFit]:
-    return [BlockFit(block, tuple(block_laws), place.points, place.shared, {law: values[law] for law in block_laws},
+def _fits(laws: Sequence[tuple[Pair, ...]], places: Sequence[_Place], values: Mapping[Pair, np.ndarray],
+          fitted: Sequence[Fitted]) -> list[BlockFit]:
+    return [BlockFit(place.block, block_laws, place.points, place.shared, {law: values[law] for law in block_laws},
                      linear_fit, place.predicted, place.noise)
-            for block, block_laws, place, linear_fit in zip(blocks, laws, places, fitted, strict=True)]
+            for block_laws, place, linear_fit in zip(laws, places, fitted, strict=True)]

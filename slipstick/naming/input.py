@@ -11,7 +11,7 @@ import numpy as np
 from slipstick.bench.converter import Converter
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming import bases, sensor_errors
-from slipstick.naming.block import Laws, Pair, fineness
+from slipstick.naming.block import Laws, Pair, changed, fineness
 from slipstick.naming.converter_lag import lag_columns, lag_unit, lagging, mean_lag
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs
 from slipstick.naming.mechanics import KNOWN, TORQUE_GAIN, steepness, true_torque, with_walk
@@ -56,10 +56,11 @@ class InputBlock:
         self._speed = self.clean(nominal)
         self._about = self._shaft.about(nominal, self._speed, self._factor(()))
 
-    def at(self, shared: np.ndarray) -> None:
-        """Set what engagements share, (p,): delay of the clock in s, sag, errors of motor speeds and converter."""
-        self._clock = float(shared[0])
-        self._shaft.at(shared[1:])
+    def at(self, shared: np.ndarray) -> "InputBlock":
+        """The block with what engagements share, (p,): delay of the clock in s, sag, errors of motor speeds and
+        converter.
+        """
+        return changed(self, _clock=float(shared[0]), _shaft=self._shaft.at(shared[1:]))
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Input speed (n, k) in rad/s at `points` (n, 6), and at what engagements share."""

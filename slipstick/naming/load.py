@@ -13,7 +13,7 @@ import numpy as np
 from slipstick.blocks.relaxation import relaxed
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming import bases, sensor_errors
-from slipstick.naming.block import Laws, Pair, fineness
+from slipstick.naming.block import Laws, Pair, changed, fineness
 from slipstick.naming.filters import first_order
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs
 from slipstick.naming.mechanics import (
@@ -71,9 +71,10 @@ class LoadBlock:
         self._read, self._steep = scene.smooth["output_torque"], np.ones(self.torque.shape)
         self._speed = self.clean(np.zeros((len(scene), len(self.random))))
 
-    def at(self, shared: np.ndarray) -> None:
-        """Set what engagements share, (p,): delay of the clock in s, errors of stated inertias and brake torques."""
-        self._shared = shared
+    def at(self, shared: np.ndarray) -> "LoadBlock":
+        """The block with what engagements share, (p,): delay of the clock in s, errors of inertias and brake torques.
+        """
+        return changed(self, _shared=shared)
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Output speed (n, k) in rad/s at `points` (n, 5), and at what engagements share."""

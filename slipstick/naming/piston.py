@@ -5,7 +5,8 @@ parameters, so that start values are searched (`search`) and its columns are fin
 """
 
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from copy import copy
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from slipstick.bench import parameters
 from slipstick.blocks.sensor_noise import added
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming import bases, sensor_errors
-from slipstick.naming.block import Laws, Pair
+from slipstick.naming.block import Laws, Pair, changed
 from slipstick.naming.law_map import LawMap
 from slipstick.naming.mechanics import KNOWN
 from slipstick.naming.piston_kernel import NAMES, close
@@ -73,7 +74,6 @@ class ClutchBlock:
         self.counted = scene.slipping
         self.in_contact = Contact(*np.zeros((4, *pressure.shape)))
         self.modes: np.ndarray | None = None
-        self._sums: tuple[list[tuple[PistonLaw, bytes]], _Added] | None = None
         self._set(0.0)
         self.end = last_of(self.counted)
         self.fixed_std, self.bounds = np.array([scene.step]), np.array([[-np.inf], [np.inf]])
@@ -83,16 +83,22 @@ class ClutchBlock:
         self._own = [NAMES.index(name) for name in OWN]
         self._known: tuple[Loading, dict[Pair, PistonLaw]] = self._loading(), {}
 
-    def at(self, shared: np.ndarray) -> None:
-        """Set the clock, `shared` (1,) in s: the sensor reads the torque that much later, and `base` contains it.
+    def at(self, shared: np.ndarray) -> Self:
+        """The block with the clock, `shared` (1,) in s: the sensor reads the torque that much later.
 
-        The inputs are delayed, and not the torque, whose rise has corners between two samples.
+        `base` contains it. The inputs are delayed, and not the torque, whose rise has corners between two samples.
         """
-        if float(shared[0]) != self.clock:
-            self._set(float(shared[0]))
+        return self if float(shared[0]) == self.clock else self._at_clock(float(shared[0]))
+
+    def _at_clock(self, clock: float) -> Self:
+        self._known_laws()  # which both then have
+        other = copy(self)
+        other._set(clock)
+        return other
 
     def _set(self, clock: float) -> None:
-        self.clock, self._sums = clock, None
+        self.clock = clock
+        self._sums: tuple[list[tuple[PistonLaw, bytes]], _Added] | None = None
         self._inputs = (*self._pressed(clock), bases.delayed(self.slip, clock / self.scene.step))
 
     def _pressed(self, clock: float) -> tuple[np.ndarray, np.ndarray]:
@@ -107,9 +113,8 @@ class ClutchBlock:
         """Torque (n, k) in N m as the sensor reads it, at `points` (n, q); 0 after the samples that are counted."""
         return self._read(self._closed(points, laws, self.end)[0], laws)
 
-    def part(self, points: np.ndarray, shared: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
+    def part(self, points: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
         """Torque (n, k) in N m of the engagements `rows` (n,) alone, and 0 of the others."""
-        self.at(shared)
         return self._read(self._closed(points, laws, np.where(rows, self.end, 0))[0], laws)
 
     def predicted_beyond(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
@@ -132,18 +137,21 @@ class ClutchBlock:
         sensor = added(self.scene.noise[self.signal], (self.torque_per_bar * error, rho))
         return BlockNoise(*sensor, modes=self.modes)
 
-    def know(self, points: np.ndarray) -> None:
-        """Set `modes` to the changes of the torque at `points` (n, q) with the modes of the pressure."""
+    def knowing(self, points: np.ndarray) -> Self:
+        """The block whose torque is known at `points` (n, q) as far as the pressure is."""
+        return changed(self, modes=self._modes_at(points))
+
+    def _modes_at(self, points: np.ndarray) -> np.ndarray | None:
+        """Changes of the torque at `points` (n, q) with the modes of the pressure."""
         if self.scene.pressure_modes is None:
-            return
-        now, torque = self._inputs, self.base(points)
-        moved = []
+            return None
+        (*now, slip), torque, moved = self._inputs, self.base(points), []
         for mode in self.scene.pressure_modes.transpose(1, 0, 2):
             changes = mode, np.gradient(mode, self.scene.time, axis=1)
             late = (bases.delayed(change, self.clock / self.scene.step) for change in changes)
-            self._inputs = (*(signal + change for signal, change in zip(now[:2], late, strict=True)), now[2])
-            moved.append(self.base(points) - torque)
-        self._inputs, self.modes = now, np.stack(moved, axis=1)
+            inputs = *(signal + change for signal, change in zip(now, late, strict=True)), slip
+            moved.append(changed(self, _inputs=inputs).base(points) - torque)
+        return np.stack(moved, axis=1)
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Changes in N m (n, q, k) with the parameters, and (n, p, k) in N m/s with the clock."""
@@ -153,10 +161,7 @@ class ClutchBlock:
 
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Change (n, 1, k) in N m/s with the clock."""
-        now = self.clock, self._inputs, self._sums
-        self._set(self.clock + _CLOCK_STEP)
-        later = self.base(points, laws)
-        self.clock, self._inputs, self._sums = now  # which would be delayed anew
+        later = self._at_clock(self.clock + _CLOCK_STEP).base(points, laws)
         return np.asarray(((later - predicted) / _CLOCK_STEP)[:, None])
 
     def pairs(self, rare: bool = False) -> list[Pair]:
@@ -216,13 +221,17 @@ class ClutchBlock:
 
     def _law(self, pair: Pair) -> PistonLaw:
         """The law of a pair, computed once as long as what laws depend on is the same."""
-        given, known = self._loading(), self._known  # which another thread may replace
-        if not given.is_same(known[0]):
-            self._known = known = given, {}
-        laws = known[1]
+        given, laws = self._known_laws()
         if pair not in laws:
             laws[pair] = law_of(pair, given)
         return laws[pair]
+
+    def _known_laws(self) -> tuple[Loading, dict[Pair, PistonLaw]]:
+        """What laws depend on, and those of them that were computed."""
+        given, known = self._loading(), self._known  # which another thread may replace
+        if not given.is_same(known[0]):
+            self._known = known = given, {}
+        return known
 
     def law(self, pair: Pair) -> LawMap:
         """The values of a law, as `piston_laws` states them."""

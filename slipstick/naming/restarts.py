@@ -5,9 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipstick.naming.block import Laws, Pair
+from slipstick.naming.block import Laws, Pair, SearchedBlock, changed
 from slipstick.naming.curved import CurvedFit, fit_curved
-from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.search import relocated, retimed
 
 _RESTARTS, _RISE = 4, 1.0
@@ -25,7 +24,7 @@ def evidence_of(fit: CurvedFit) -> float:
     return float(fit.evidence.sum())
 
 
-def settled(block: ClutchBlock, points: np.ndarray, shared: np.ndarray, laws: tuple[Pair, ...] = (),
+def settled(block: SearchedBlock, points: np.ndarray, shared: np.ndarray, laws: tuple[Pair, ...] = (),
             coefficients: Mapping[Pair, np.ndarray] | None = None) -> CurvedFit:
     """The best fit from `points` (n, q) and `shared` values, from searches where it fails, and from its own means."""
     known = coefficients or {}
@@ -45,7 +44,7 @@ def settled(block: ClutchBlock, points: np.ndarray, shared: np.ndarray, laws: tu
     return best
 
 
-def from_common(block: ClutchBlock, means: np.ndarray, shared: np.ndarray, held: Laws, iterations: int) -> CurvedFit:
+def from_common(block: SearchedBlock, means: np.ndarray, shared: np.ndarray, held: Laws, iterations: int) -> CurvedFit:
     """A fit with the laws `held` that begins where all engagements have the parameters `means` (q,).
 
     Points that a fit without a law has scattered to explain what it cannot do not come back by steps of their own.
@@ -55,7 +54,7 @@ def from_common(block: ClutchBlock, means: np.ndarray, shared: np.ndarray, held:
                       coefficients=dict(held), shared=shared, iterations=iterations)
 
 
-def regained(block: ClutchBlock, start: CurvedFit) -> CurvedFit:
+def regained(block: SearchedBlock, start: CurvedFit) -> CurvedFit:
     """The best fit, from `start` on, in which engagements that it misses are searched again about the other ones.
 
     A few engagements that are far off decide what all have in common. Means and laws are therefore fitted to the others
@@ -66,12 +65,9 @@ def regained(block: ClutchBlock, start: CurvedFit) -> CurvedFit:
         missed = _missed(now)
         if not missed.any():
             break
-        counted = block.counted
-        block.counted = counted & ~missed[:, None]
         points = np.where(missed[:, None], np.median(now.points[~missed], axis=0), now.points)
-        others = fit_curved(block, now.laws, points=points, coefficients=now.coefficients, shared=now.shared,
-                            iterations=8)
-        block.counted = counted
+        others = fit_curved(changed(block, counted=block.counted & ~missed[:, None]), now.laws, points=points,
+                            coefficients=now.coefficients, shared=now.shared, iterations=8)
         points = np.where(missed[:, None], others.mean, others.points)
         points = relocated(block, points, others.shared, others.held, missed)
         now = fit_curved(block, now.laws, points=points, coefficients=others.coefficients, shared=others.shared,
@@ -80,7 +76,7 @@ def regained(block: ClutchBlock, start: CurvedFit) -> CurvedFit:
     return best
 
 
-def annealed(block: ClutchBlock, now: CurvedFit, pair: Pair) -> CurvedFit:
+def annealed(block: SearchedBlock, now: CurvedFit, pair: Pair) -> CurvedFit:
     """A fit with a further pair from nominal points on, as if the noise were large at first, and less step by step.
 
     A fit without the law has parameters that stand for it, from which no step leads back. With little weight on the
@@ -89,10 +85,10 @@ def annealed(block: ClutchBlock, now: CurvedFit, pair: Pair) -> CurvedFit:
     (std, rho), scene = block.scene.noise[block.signal], block.scene
     points, shared, known = np.zeros_like(now.points), now.shared, now.coefficients
     for louder in _LOUDER:
-        block.scene = replace(scene, noise={**scene.noise, block.signal: (std * louder, rho)})
-        fit = fit_curved(block, (*now.laws, pair), points=points, coefficients=known, shared=shared, iterations=4)
-        points, shared, known = retimed(block, fit.points, fit.shared, fit.held), fit.shared, fit.coefficients
-    block.scene = scene
+        noise = {**scene.noise, block.signal: (std * louder, rho)}
+        fit = fit_curved(changed(block, scene=replace(scene, noise=noise)), (*now.laws, pair), points=points,
+                         coefficients=known, shared=shared, iterations=4)
+        points, shared, known = retimed(fit.block, fit.points, fit.shared, fit.held), fit.shared, fit.coefficients
     return fit_curved(block, (*now.laws, pair), points=points, coefficients=known, shared=shared, iterations=3)
 
 

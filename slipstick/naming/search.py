@@ -9,10 +9,8 @@ from itertools import product
 
 import numpy as np
 
-from slipstick.naming.block import Laws
+from slipstick.naming.block import Laws, SearchedBlock
 from slipstick.naming.curved_steps import HIGHEST, LOWEST
-from slipstick.naming.linear_model import predict
-from slipstick.naming.piston import ClutchBlock
 from slipstick.numerics.threads import mapped
 
 _FRICTION, _BIAS, _PLACE = 0, 1, 2
@@ -31,16 +29,16 @@ _RELOCATED, _RELOCATED_SPREAD = ((0.6, 17), (0.9, 13)), (0.3, 0.5)
 """The same of bias and position in `relocated`: wider, for engagements that the first search missed."""
 
 
-def search(block: ClutchBlock, shared: np.ndarray, laws: Laws = ()) -> np.ndarray:
+def search(block: SearchedBlock, shared: np.ndarray, laws: Laws = ()) -> np.ndarray:
     """Points (n, q) with the best friction, bias and initial position: in common first, then for each engagement."""
-    n, bench = len(block.measured), block.scene.bench
+    block, n, bench = block.at(shared), len(block.measured), block.scene.bench
     points, measured = np.zeros((n, len(block.random))), block.measured * block.counted
 
     def misfits(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Squares (n,) at bias and position (2,), and the factors (n,) of the torque that fit best."""
         at = np.zeros_like(points)
         at[:, [_BIAS, _PLACE]] = values
-        predicted = predict(block, at, shared, laws) * block.counted
+        predicted = block.base(at, laws) * block.counted
         scale = (predicted * measured).sum(axis=1) / np.maximum((predicted**2).sum(axis=1), 1e-9)
         scale = np.clip(scale, *_SCALES)
         return ((measured - scale[:, None] * predicted) ** 2).sum(axis=1), scale
@@ -65,11 +63,12 @@ def search(block: ClutchBlock, shared: np.ndarray, laws: Laws = ()) -> np.ndarra
     return points
 
 
-def retimed(block: ClutchBlock, points: np.ndarray, shared: np.ndarray, laws: Laws) -> np.ndarray:
+def retimed(block: SearchedBlock, points: np.ndarray, shared: np.ndarray, laws: Laws) -> np.ndarray:
     """Points (n, q) with the pressure bias at which each engagement's torque fits best: when the plates meet."""
+    block = block.at(shared)
 
     def cost(shift: np.ndarray) -> np.ndarray:
-        return _squares(block, _moved(points, shift), shared, laws) + (shift / _RETIMED_SPREAD) ** 2
+        return _squares(block, block.base(_moved(points, shift), laws)) + (shift / _RETIMED_SPREAD) ** 2
 
     best = np.zeros(len(points))
     value = cost(best)
@@ -81,11 +80,13 @@ def retimed(block: ClutchBlock, points: np.ndarray, shared: np.ndarray, laws: La
     return _moved(points, best)
 
 
-def relocated(block: ClutchBlock, points: np.ndarray, shared: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
+def relocated(block: SearchedBlock, points: np.ndarray, shared: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
     """Points (n, q) where the engagements `rows` (n,) are searched again over pressure bias and initial position."""
+    block = block.at(shared)
+
     def cost(shift: tuple[float, float]) -> np.ndarray:
         penalty = sum((component / std) ** 2 for component, std in zip(shift, _RELOCATED_SPREAD, strict=True))
-        return _squares(block, _moved(points, *shift), shared, laws, rows) + penalty
+        return _squares(block, block.part(_moved(points, *shift), laws, rows)) + penalty
 
     best, value = points.copy(), np.full(len(points), np.inf)
     shifts = list(product(*(np.linspace(-width, width, levels) for width, levels in _RELOCATED)))
@@ -109,13 +110,11 @@ def _moved(points: np.ndarray, bias: np.ndarray | float, place: float = 0.0) -> 
     return np.asarray(np.clip(moved, LOWEST, HIGHEST))
 
 
-def _variance(block: ClutchBlock) -> float:
+def _variance(block: SearchedBlock) -> float:
     return block.scene.noise["output_torque"][0] ** 2
 
 
-def _squares(block: ClutchBlock, points: np.ndarray, shared: np.ndarray, laws: Laws,
-             rows: np.ndarray | None = None) -> np.ndarray:
-    """Squared residuals (n,) in noise levels, which those of the engagements `rows` (n,) are, if they are given."""
-    predicted = predict(block, points, shared, laws) if rows is None else block.part(points, shared, laws, rows)
+def _squares(block: SearchedBlock, predicted: np.ndarray) -> np.ndarray:
+    """Squared residuals (n,) of a prediction (n, k) in noise levels."""
     left = (block.measured - predicted) * block.counted
     return np.asarray((left**2).sum(axis=1) / _variance(block))

@@ -14,6 +14,7 @@ import numpy as np
 
 from slipstick.bench.converter import Converter
 from slipstick.clutch.ensemble import initial_input_speed
+from slipstick.naming.block import changed
 from slipstick.naming.drive import KNOTS, AtSpeed, Drive
 from slipstick.naming.filters import first_order
 from slipstick.naming.mechanics import CONDITIONS_WITHIN, drifting_columns, lock_spike
@@ -67,11 +68,11 @@ class Shaft:
         self.shared = ("sag", *(f"motor {i}" for i in range(count)), *(f"converter {i}" for i in range(KNOTS)))
         self.shared_std = (_SAG_WITHIN, *[CONDITIONS_WITHIN] * count, *[CONVERTER_WITHIN] * KNOTS)
         self._kick = scene.smooth["output_torque"].max() / scene.gear * lock_spike(scene)  # N m
-        self.at(np.zeros(len(self.shared)))
+        self._sag, self._level_errors, self._errors = 0.0, np.zeros(count), np.zeros(KNOTS)
 
-    def at(self, shared: np.ndarray) -> None:
-        """Set what engagements share, (p,)."""
-        self._sag, self._level_errors, self._errors = float(shared[0]), shared[1:-KNOTS], shared[-KNOTS:]
+    def at(self, shared: np.ndarray) -> "Shaft":
+        """The shaft with what engagements share, (p,)."""
+        return changed(self, _sag=float(shared[0]), _level_errors=shared[1:-KNOTS], _errors=shared[-KNOTS:])
 
     def kick(self, points: np.ndarray) -> np.ndarray:
         """The torque (n, k) in N m that brakes the shaft at lock-up."""

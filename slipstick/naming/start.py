@@ -14,13 +14,12 @@ import scipy
 
 from slipstick.blocks.sensor_noise import Noise, in_common, noise_of
 from slipstick.naming.asked import Ask, Asked
-from slipstick.naming.block import Block
+from slipstick.naming.block import changed
 from slipstick.naming.contact import LONG_WAIT, WAIT, ContactBlock, OnsetBlock
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.forward import forward, lacks_something
 from slipstick.naming.input import InputBlock
-from slipstick.naming.linear_model import predict
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.lock import LockBlock
 from slipstick.naming.parameters import converter_of, parameters_of
@@ -78,12 +77,9 @@ class Closing:
         scene = replace(scene, of_plates=of_plates(scene, self.block.in_contact))  # as the blocks that come after it
         for name in ("load", "input"):
             if name in fits and not is_unexplained(fits[name].chi2, fits[name].chi2, scene.settings):
-                predict(fits[name].block, fits[name].points, fits[name].shared, fits[name].held)
-                scene = _explained(scene, fits[name].block, fits[name])
+                scene = _explained(scene, fits[name])
         block = ClutchBlock(scene, self.block.pressure, self.block.late)
-        block.in_contact = self.block.in_contact
-        block.know(self.onset.points)
-        return block
+        return changed(block, in_contact=self.block.in_contact).knowing(self.onset.points)
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,13 +113,14 @@ def begin(scene: Scene, ask: Ask, known: Onset | None = None, keep: Callable[[St
     if "valve" in can:
         ask(Asked("valve", ("valve",)))
         scene, _ = _first(ValveBlock, scene)
-        valve_block = ValveBlock(scene)
-        bare = fit(valve_block)
-        if known is None and "clutch" in can and lacks_something(bare, scene.settings):
-            valve_block.scene = replace(scene, of_plates=_plates(scene))  # on which it may depend
+        bare = fit(ValveBlock(scene))
+        if known is None and "clutch" in can and lacks_something(bare, scene.settings):  # it may depend on the plates
+            bare = replace(bare, block=changed(bare.block, scene=replace(scene, of_plates=_plates(scene))))
         fits, findings = forward({"valve": bare}, scene.settings, ask, "valve")
         valve = bare, fits["valve"]
         keep(Start(valve, findings, None, {}, scene.noise))
+        valve_block = valve[1].block
+        assert isinstance(valve_block, ValveBlock)
         late = partial(valve_block.pressure, valve[1].points, valve[1].held)
         pressure = late()
         modes = valve_block.modes(valve[1].points, valve[1].held, valve[1].fitted.spread)
@@ -170,8 +167,9 @@ def begin(scene: Scene, ask: Ask, known: Onset | None = None, keep: Callable[[St
 
 def _again(kind: type[Linear], scene: Scene) -> tuple[Scene, Linear, BlockFit]:
     """A block of a scene whose noise is known and its fit, and the scene with the speed that it explains."""
-    block_fit = fit(block := kind(scene))
-    return _explained(scene, block, block_fit), block, block_fit
+    block_fit = fit(kind(scene))
+    assert isinstance(block_fit.block, kind)
+    return _explained(scene, block_fit), block_fit.block, block_fit
 
 
 def _first(kind: type[Linear], scene: Scene) -> tuple[Scene, BlockFit]:
@@ -180,12 +178,13 @@ def _first(kind: type[Linear], scene: Scene) -> tuple[Scene, BlockFit]:
     Laws of torques over a speed depend on the one that the first fit explains. The smoothed measured one shares noise
     with the residual, which strongly correlated noise turns into laws.
     """
-    block_fit = fit(block := kind(scene))
-    return _explained(_with_noise(scene, block_fit), block, block_fit), block_fit
+    block_fit = fit(kind(scene))
+    return _explained(_with_noise(scene, block_fit), block_fit), block_fit
 
 
-def _explained(scene: Scene, block: Block, block_fit: BlockFit) -> Scene:
+def _explained(scene: Scene, block_fit: BlockFit) -> Scene:
     """The scene with the speed that a fit explains; the pressure is explained once the valve has its laws."""
+    block = block_fit.block
     if not isinstance(block, LoadBlock | InputBlock):
         return scene
     return scene.explained(block.signal, block.true_speed(block_fit.predicted))
@@ -239,11 +238,9 @@ def _plates(scene: Scene) -> dict[str, np.ndarray]:
 def _onset(scene: Scene, pressure: np.ndarray, late: Late, rough: CurvedFit) -> Closing:
     """The piston up to full contact, where a `rough` fit has it, and the clutch with its time in contact."""
     clutch = ClutchBlock(scene, pressure, late)
-    block = OnsetBlock(scene, pressure, late, contact=clutch.contact(rough.points).full)
-    block.know(rough.points)
+    block = OnsetBlock(scene, pressure, late, contact=clutch.contact(rough.points).full).knowing(rough.points)
     onset = settled(block, rough.points, rough.shared)
-    clutch.in_contact = clutch.contact(onset.points)
-    return Closing(clutch, onset, block.counted)
+    return Closing(changed(clutch, in_contact=clutch.contact(onset.points)), onset, block.counted)
 
 
 def _torque(scene: Scene, closing_piston: Closing | None) -> np.ndarray:
@@ -251,6 +248,6 @@ def _torque(scene: Scene, closing_piston: Closing | None) -> np.ndarray:
     averaged = scipy.ndimage.gaussian_filter1d(scene.measured("output_torque"), _AVERAGED, axis=1)
     if closing_piston is None:
         return np.asarray(averaged)
-    clutch, onset = closing_piston.block, closing_piston.onset
-    clutch.at(onset.shared)  # where the torque is not a measured one, it is late as well
+    onset = closing_piston.onset
+    clutch = closing_piston.block.at(onset.shared)  # where the torque is not a measured one, it is late as well
     return np.where(closing_piston.counted, clutch.predicted_beyond(onset.points), averaged)

@@ -17,7 +17,7 @@ from slipstick.bench import parameters
 from slipstick.blocks import Valve
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming import bases, past_current, sensor_errors
-from slipstick.naming.block import Laws, Pair, fineness, is_changing_delay
+from slipstick.naming.block import Laws, Pair, changed, fineness, is_changing_delay
 from slipstick.naming.filters import valve_response, varying_response
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single
 from slipstick.naming.scene import WITHIN, Scene
@@ -66,12 +66,12 @@ class ValveBlock:
         self._full = self._true = scene.smooth[self.signal]
         self._places = [parameters.index(name) for name in self.random]
 
-    def at(self, shared: np.ndarray) -> None:
-        """Set the clock, `shared` (1,) in s: the sensor reads the pressure that much later, and `base` contains it.
+    def at(self, shared: np.ndarray) -> "ValveBlock":
+        """The block with the clock, `shared` (1,) in s: the sensor reads the pressure that much later.
 
-        It is not a column as in the other blocks, because at the command the pressure has a corner.
+        `base` contains it. It is not a column as in the other blocks, because at the command the pressure has a corner.
         """
-        self.clock = float(shared[0])
+        return changed(self, clock=float(shared[0]))
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Pressure (n, k) in bar as the sensor reads it, at `points` (n, 3)."""
@@ -91,10 +91,7 @@ class ValveBlock:
 
     def pressure(self, points: np.ndarray, laws: Laws = (), late: float = 0.0) -> np.ndarray:
         """Pressure (n, k) in bar of `late` s before each sample, without the errors of its sensor and of its clock."""
-        clock, self.clock = self.clock, late
-        pressure = self.base(points, [(pair, c) for pair, c in laws if pair[0] != "pressure sensor"])
-        self.clock = clock
-        return pressure
+        return changed(self, clock=late).base(points, [(pair, c) for pair, c in laws if pair[0] != "pressure sensor"])
 
     def modes(self, points: np.ndarray, laws: Laws, covariance: np.ndarray) -> np.ndarray:
         """Changes (n, 3, k) of the pressure in bar, by one standard deviation along each axis of a covariance.
@@ -113,15 +110,10 @@ class ValveBlock:
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Changes (n, 3, k) of the pressure in bar with each parameter, and (n, 1, k) in bar/s with the clock."""
-        now, h = self.clock, _CLOCK_STEP * self.scene.step
-        own = [(self.base(points + _STEP * unit, laws) - predicted) / _STEP for unit in np.eye(3)]
-        self.clock = now + h
-        late = self.base(points, laws)
-        self.clock = now - h
-        clock = (late - self.base(points, laws)) / (2 * h)
-        self.clock = now
-        self.base(points, laws)  # to which the columns of laws refer
-        return np.stack(own, axis=1), clock[:, None]
+        h, moved = _CLOCK_STEP * self.scene.step, changed(self)  # columns of laws refer to this one
+        own = [(moved.base(points + _STEP * unit, laws) - predicted) / _STEP for unit in np.eye(3)]
+        late, early = (changed(self, clock=self.clock + step).base(points, laws) for step in (h, -h))
+        return np.stack(own, axis=1), ((late - early) / (2 * h))[:, None]
 
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Change (n, 1, k) in bar/s of the pressure with the clock."""

@@ -63,7 +63,7 @@ def test_some_engagements_alone_are_simulated_as_all_are(fits: Callable) -> None
     _, after = fits("drag")
     block, points, shared = after.block, after.fitted.points, after.fitted.shared
     rows = np.arange(len(points)) % 3 == 1
-    found = block.part(points, shared, (), rows)
+    found = block.at(shared).part(points, (), rows)
     np.testing.assert_allclose(found[rows], after.fitted.predicted[rows], rtol=1e-9, atol=1e-9)
     assert not found[~rows].any()
 

@@ -60,8 +60,7 @@ def test_differences_do_not_tell_an_effect_from_parameters_that_do_the_same(with
     points, shared = np.zeros_like(without.fitted.points), np.zeros(1 + len(without.block.traces.signals))
     left = {}
     for rough in (True, False):
-        block = SimulatedBench(without.block.traces, TERMS, rough=rough)
-        block.at(shared)
+        block = SimulatedBench(without.block.traces, TERMS, rough=rough).at(shared)
         own, fixed = block.columns(points, (), block.base(points))
         each = [effect - parameters.T @ np.linalg.lstsq(parameters.T, effect, rcond=1e-12)[0]
                 for parameters, effect in zip(own * block.counted[:, None], fixed[:, 0] * block.counted, strict=True)]

@@ -184,9 +184,8 @@ def test_a_law_of_the_converter_is_a_share_of_its_torque_on_this_bench(scene: Sc
     block, law = InputBlock(scene), ("converter torque", "pressure")
     share, points, count = 0.3, nominal(block), sum(name.startswith("converter") for name in block.fixed)
     off_by = np.array([0.0, 0.02, *np.full(len(block.fixed) - 2 - count, -0.02)])
-    block.at(np.concatenate([off_by, np.full(count, 1.05 * (1 + share) - 1)]))
-    expected = block.base(points)
-    block.at(np.concatenate([off_by, np.full(count, 0.05)]))
+    expected = block.at(np.concatenate([off_by, np.full(count, 1.05 * (1 + share) - 1)])).base(points)
+    block = block.at(np.concatenate([off_by, np.full(count, 0.05)]))
     size = block.law(law).onto.shape[1]
     np.testing.assert_allclose(block.base(points, [(law, np.full(size, share))]), expected, rtol=1e-9)
     assert np.abs(block.base(points) - expected).max() > 1
@@ -216,7 +215,7 @@ def test_columns_are_derivatives_of_the_torque(block: ClutchBlock, pair: Pair, b
     laws: Laws = [(one, 0.1 * np.abs(rng.standard_normal(block.size(one)))) for one in BESIDE_PISTON[beside]]
     if pair[0] == "friction lag":  # which is a law that is held, so that it delays the torque
         laws = [*laws, (pair, 0.1 * np.ones(block.size(pair)))]
-    block.at(np.array([7e-4]))
+    block = block.at(np.array([7e-4]))
     torque = block.base(points, laws)
     held = dict(laws).get(pair, np.zeros(block.size(pair)))
     others = [one for one in laws if one[0] != pair]
@@ -294,7 +293,7 @@ def test_a_piston_without_a_law_moves_as_one_with_a_law_of_zeros(pair: tuple[str
     block = clutch_of()
     points = 0.05 * np.random.default_rng(DOZEN_SEED).standard_normal((DOZEN, len(block.random)))
     for clock in (0.0, 0.4 * block.scene.step, -0.7 * block.scene.step):
-        block.at(np.array([clock]))
-        plain = block.base(points)
-        np.testing.assert_allclose(block.base(points, [(pair, np.zeros(block.size(pair)))]), plain, rtol=0,
+        late = block.at(np.array([clock]))
+        plain = late.base(points)
+        np.testing.assert_allclose(late.base(points, [(pair, np.zeros(block.size(pair)))]), plain, rtol=0,
                                    atol=1e-10 * plain.max())

@@ -49,10 +49,8 @@ def test_a_late_pressure_is_that_of_the_valve_between_two_samples() -> None:
 def test_a_late_clutch_reads_the_late_pressure_and_not_one_that_is_linear_between_samples() -> None:
     scene = scene_of(HEAVY, Model(HEAVY.physics), COUNT)
     pressure = scene.smooth["pressure"]
-    exact, linear = ClutchBlock(scene, pressure, lambda late: pressure + late), ClutchBlock(scene, pressure)
     late = np.array([0.5 * scene.step])
-    exact.at(late)
-    linear.at(late)
+    exact, linear = (ClutchBlock(scene, pressure, other).at(late) for other in (lambda late: pressure + late, None))
     np.testing.assert_array_equal(exact._inputs[0], pressure + late)
     np.testing.assert_allclose(linear._inputs[0][:, 1:], 0.5 * (pressure[:, 1:] + pressure[:, :-1]), atol=1e-12)
 

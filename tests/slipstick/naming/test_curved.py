@@ -11,7 +11,7 @@ from scipy.stats import norm
 
 from slipstick.blocks.whitening import BlockNoise, whitened
 from slipstick.engine.linear_model import Gram
-from slipstick.naming.curved import CurvedFit, _linearised, _predicted, _spread, fit_curved
+from slipstick.naming.curved import CurvedFit, _linearised, _spread, fit_curved
 from slipstick.naming.curved_steps import (
     HIGHEST,
     LOWEST,
@@ -46,6 +46,10 @@ class Decay:
     bounds: np.ndarray = field(default_factory=lambda: np.array([[-np.inf], [np.inf]]))
     widest: np.ndarray = field(default_factory=lambda: np.array([1.0]))
     follows_chords: bool = False
+    shared: np.ndarray = field(default_factory=lambda: np.zeros(1))
+
+    def at(self, shared: np.ndarray) -> "Decay":
+        return replace(self, shared=shared)
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         return BlockNoise(self.std, 0.3)
@@ -53,11 +57,8 @@ class Decay:
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         known = dict(laws)
         rate = (1 + points[:, 0]) * (1 + known.get(SPEED, np.zeros(1))[0] * self.speed)
-        return np.exp(-3 * rate[:, None] * TIME) + known.get(WAVE, np.zeros(1))[0] * 0.1 * np.sin(20 * TIME)
-
-    def part(self, points: np.ndarray, shared: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
-        predicted = self.base(points, laws)
-        return np.where(rows[:, None], predicted + shared @ self.shared_columns(points, laws, predicted), np.nan)
+        early = np.exp(-3 * rate[:, None] * TIME) + known.get(WAVE, np.zeros(1))[0] * 0.1 * np.sin(20 * TIME)
+        return early + self.shared @ self.shared_columns(points, laws, early)
 
     def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         return -np.gradient(predicted, TIME, axis=1)[:, None]
@@ -93,8 +94,7 @@ def integrated(block: Decay, fit: CurvedFit, i: int) -> float:
     def squares(value: float) -> float:
         points = fit.points.copy()
         points[i] = value
-        predicted = block.base(points, list(fit.coefficients.items()))
-        predicted = predicted + fit.shared[0] * block.shared_columns(points, (), predicted)[:, 0]
+        predicted = fit.block.base(points, fit.held)
         left = (block.measured - predicted)[i:i + 1, None]
         return float((whitened(left, block.counted[i:i + 1], block.noise(points)) ** 2).sum())
 
@@ -184,7 +184,7 @@ def test_a_step_never_raises_the_cost_and_is_damped_where_a_whole_one_would() ->
     variance, noise, rng = np.array([0.04]), block.noise(np.zeros((40, 1))), np.random.default_rng(5)
 
     def cost(some: Values, gram: Gram) -> float:
-        left = (block.measured - _predicted(block, some))[:, None]
+        left = (block.measured - block.at(some.shared).base(some.points, some.laws))[:, None]
         squares = (whitened(left, block.counted, noise) ** 2).sum() + ((some.points - some.mean) ** 2 / variance).sum()
         return float(squares + (some.common**2 * gram.precision).sum())
 
@@ -193,14 +193,14 @@ def test_a_step_never_raises_the_cost_and_is_damped_where_a_whole_one_would() ->
                         {SPEED: rng.uniform(-2, 2, 1)})
         _, own, gram = _linearised(block, values, noise)
         before = cost(values, gram)
-        after, damping = stepped(block, values, gram, own, variance, noise, before, 1e-3)
+        _, after, damping = stepped(block, values, gram, own, variance, noise, before, 1e-3)
         assert cost(after, gram) < before
         assert damping < 1e-3
     fit = fit_curved(block, [SPEED], iterations=20)
     values = Values(fit.points, fit.mean, fit.shared, fit.coefficients)
-    _, own, gram = _linearised(block, values, noise)
+    _, own, gram = _linearised(fit.block, values, noise)
     far = replace(gram, products=gram.products * np.where(np.arange(len(gram.products[0])) == 3, 5.0, 1.0))
-    after, damping = stepped(block, values, far, own, variance, noise, cost(values, gram), 1e-3)
+    _, after, damping = stepped(fit.block, values, far, own, variance, noise, cost(values, gram), 1e-3)
     assert cost(after, gram) <= cost(values, gram)
     assert damping > 1e-3
 
@@ -219,8 +219,7 @@ def test_chords_follow_the_curve_of_what_engagements_share_to_its_most_probable_
 
     def terms(rate: float, engagement: int) -> float:
         points = np.where(np.arange(40) == engagement, rate, tried.points[:, 0])[:, None]
-        at = replace(tried, points=points)
-        left = whitened((block.measured - _predicted(block, at))[:, None], block.counted, noise)[engagement]
+        left = whitened((block.measured - block.base(points, tried.laws))[:, None], block.counted, noise)[engagement]
         return float((left**2).sum() + (rate - MEAN) ** 2 / variance[0])
 
     least = np.array([minimize_scalar(terms, args=(one,), bounds=(-0.6, 1.0), method="bounded",

@@ -236,7 +236,7 @@ def test_a_current_that_is_larger_while_it_rises_depends_on_its_past() -> None:
     fits, findings = forward({"valve": plain}, NamingSettings())
     assert [one.pair for one in findings] == [PAST]
     assert fits["valve"].chi2.mean() - 1 < 0.05 * (plain.chi2.mean() - 1)
-    assert block.finer[PAST] > 0
+    assert fits["valve"].block.finer[PAST] > 0
     second = findings[0].next_best  # another pair of the block, which trails
     assert second is not None
     assert second.pair != PAST

@@ -67,15 +67,11 @@ def test_what_engagements_share_is_integrated_with_the_input_speed(bench: Bench)
     assert isinstance(block, InputBlock)
     points, about, h = nominal(block), 0.02 * np.random.default_rng(1).standard_normal(len(block.fixed)), 1e-4
     about[0] *= block.scene.step
-    block.at(about)
+    block = block.at(about)
     fixed = block.columns(points, (), block.base(points))[1]
     for name, column, step in zip(block.fixed, fixed.transpose(1, 0, 2), h * np.eye(len(about)), strict=True):
-        sides = []
-        for sign in (1, -1):
-            block.at(about + sign * step)
-            sides.append(block.base(points))
-        close(column, (sides[0] - sides[1]) / (2 * h), block.counted, name)
-    block.at(np.zeros(len(about)))
+        after, before = (block.at(about + sign * step).base(points) for sign in (1, -1))
+        close(column, (after - before) / (2 * h), block.counted, name)
 
 
 @both
@@ -107,11 +103,7 @@ def test_a_torque_that_is_read_late_is_the_one_between_two_samples(bench: Bench)
     assert isinstance(block, ClutchBlock)
     points = nominal(block)
     counted = block.counted & (scene.time > 0.01)
-    left = {}
-    for delay in (late, 0.0):
-        block.at(np.array([delay]))
-        left[delay] = np.abs((read - block.base(points)) * counted).max()
-    block.at(np.zeros(1))
+    left = {delay: np.abs((read - block.at(np.array([delay])).base(points)) * counted).max() for delay in (late, 0.0)}
     between = bases.delayed(block.base(points), late / scene.step)  # on straight lines
     assert left[late] < WITHIN["clutch"] * block.noise(points).std
     assert left[0.0] > 10 * left[late]

@@ -68,8 +68,8 @@ def test_the_numbers_of_knots_are_those_of_the_laws(scene: Scene) -> None:
 @pytest.mark.parametrize(("drag", "knots", "finer"), [(0.0, 9, 0), (150.0, 6, 2)])
 def test_a_block_that_is_not_explained_has_the_finer_laws(drag: float, knots: int, finer: int) -> None:
     law = MeasuredLaw("load torque", "output speed", (0.0, 10.0, 20.0, 30.0), (0.0, drag, -drag, 0.0), relative=False)
-    block = block_of("load", engagements.scene_of(HEAVY, Model(HEAVY.physics).with_law(law), 12, seed=1))
-    forward({"load": fit(block)}, NamingSettings(finer_knots=6, nats=1e9))
+    plain = fit(block_of("load", engagements.scene_of(HEAVY, Model(HEAVY.physics).with_law(law), 12, seed=1)))
+    block = forward({"load": plain}, NamingSettings(finer_knots=6, nats=1e9))[0]["load"].block
     assert block.fine == knots
     assert block.finer.get(("output speed sensor", "gain"), 0) == finer
     if finer:  # as many points as the knots of other laws, or more

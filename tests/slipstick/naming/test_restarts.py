@@ -75,8 +75,8 @@ def test_engagements_that_a_fit_misses_are_found_about_the_others() -> None:
 def test_some_engagements_alone_have_the_same_torque() -> None:
     block, without = fitted(0.0)
     rows = np.arange(12) % 3 == 1
-    torque = block.part(without.points, without.shared, (), rows)
-    np.testing.assert_array_equal(torque[rows], block.base(without.points)[rows])
+    torque = block.at(without.shared).part(without.points, (), rows)
+    np.testing.assert_array_equal(torque[rows], block.at(without.shared).base(without.points)[rows])
     assert not torque[~rows].any()
 
 

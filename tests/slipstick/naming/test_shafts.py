@@ -5,7 +5,7 @@ import pytest
 
 from slipstick.clutch.model import Model
 from slipstick.naming import load
-from slipstick.naming.block import Pair
+from slipstick.naming.block import Laws, Pair
 from slipstick.naming.drive import KNOTS, Drive
 from slipstick.naming.input import InputBlock
 from slipstick.naming.linear_model import columns_of, predict
@@ -59,23 +59,23 @@ def test_columns_are_derivatives_where_parameters_and_conditions_are_off(
     points = np.tile([*[0.05] * moved, *[0.0] * (len(block.random) - moved)], (COUNT, 1))
     shared = np.concatenate([[1.5 * scene.step], np.full(len(block.fixed) - 1, 0.02)])
     held = list(laws.items())
-    predicted = predict(block, points, shared, held)
-    columns = columns_of(block, points, shared, held, predicted, list(laws))
+    there, predicted = predict(block, points, shared, held)
+    columns = columns_of(there, points, shared, held, predicted, list(laws))
 
-    def off(column: np.ndarray, changed: np.ndarray) -> float:
-        change = (changed - predicted)[block.counted] / STEP
+    def off(column: np.ndarray, points: np.ndarray, shared: np.ndarray, laws: Laws) -> float:
+        change = (predict(block, points, shared, laws)[1] - predicted)[block.counted] / STEP
         return float(np.linalg.norm(column[block.counted] - change) / np.linalg.norm(change))
 
     for j, step in enumerate(STEP * np.eye(len(shared))):
         unit = scene.step if j == 0 else 1.0
-        assert off(columns.fixed[:, j] * unit, predict(block, points, shared + step * unit, held)) < CLOSE
+        assert off(columns.fixed[:, j] * unit, points, shared + step * unit, held) < CLOSE
     for pair, c in held:
         for j in (0, len(c) - 1):
             changed = {**laws, pair: c + STEP * np.eye(len(c))[j]}
-            assert off(columns.of_laws[pair][:, j], predict(block, points, shared, list(changed.items()))) < CLOSE
+            assert off(columns.of_laws[pair][:, j], points, shared, list(changed.items())) < CLOSE
     for j in range(moved):
         step = STEP * np.eye(len(block.random))[j]
-        assert off(columns.own[:, j], predict(block, points + step, shared, held)) < CLOSE
+        assert off(columns.own[:, j], points + step, shared, held) < CLOSE
 
 
 # The converter with errors of its curve: smooth ones are followed by few numbers.
