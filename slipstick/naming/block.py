@@ -7,7 +7,7 @@ About parameters b (n, q) of n engagements, shared values s (p,) and laws with c
 All parameters are relative changes, 0 at the nominal value: a parameter of the bench is base * (1 + b).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from typing import Any, Protocol, Self, TypeVar
 
@@ -22,7 +22,7 @@ Laws = Sequence[tuple[Pair, np.ndarray]]
 """Pairs with the coefficients (m,) of their laws."""
 
 __all__ = ["CLOSING", "NOT_FINER", "Block", "Laws", "Pair", "SearchedBlock", "changed", "fineness", "finer_at_first",
-           "finest", "first_shared", "has_few_numbers", "is_changing_delay"]
+           "finest", "first_shared", "has_few_numbers", "is_changing_delay", "twice_as_fine"]
 
 
 class Block(Protocol):
@@ -34,8 +34,8 @@ class Block(Protocol):
     - `random_std` (q,), `fixed_std` (p,): prior standard deviations of the means and of the shared values; infinite
       for parameters that the recordings must determine.
     - `widest` (q,): largest standard deviation of a parameter over engagements.
-    - `fine`: number of knots of a law over a signal; a fit sets it.
-    - `finer`: how many times the resolution of a law was doubled since; 0 for those that it does not have.
+    - `fine`: number of knots of a law over a signal.
+    - `finer`: how many times the resolution of a law is doubled; 0 for those that it does not have.
     """
 
     name: str
@@ -64,10 +64,7 @@ class Block(Protocol):
         """The laws that the block can be asked for, with or without `rare` ones, which hardly any bench has."""
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
-        """Derivatives (n, m, k) with respect to the coefficients of the law of a pair.
-
-        It leaves the block as it is: those of several pairs are computed in threads.
-        """
+        """Derivatives (n, m, k) with respect to the coefficients of the law of a pair."""
 
     def law(self, pair: Pair) -> LawMap:
         """How the coefficients of the law of a pair become values."""
@@ -154,6 +151,12 @@ def finest(block: Block, pair: Pair) -> int:
     elif quantity in CLOSING:
         knots, most = scene.settings.knots, _MOST_WHILE_CLOSING
     return max(((most - 1) // (knots - 1)).bit_length() - 1, 0)
+
+
+def twice_as_fine(block: Block, laws: Iterable[Pair]) -> dict[Pair, int]:
+    """How many times those of some laws that can be finer are doubled, with twice their resolution."""
+    times = {law: block.finer.get(law, 0) for law in laws}
+    return {law: doublings + 1 for law, doublings in times.items() if doublings < finest(block, law)}
 
 
 class SearchedBlock(Block, Protocol):

@@ -64,9 +64,6 @@ class Choice:
             return alone.settled(own, alone.near(own))
         others = [trial for trial in trials if trial is not chosen and self._is_enough(trial)]
         chosen = to_the_end(self.fits, chosen)
-        for name in winner.blocks:
-            block = self.fits[name].block
-            block.finer = {**block.finer, winner.pair: chosen.finer}
         tied = rivals(chosen.rise, [(trial.rise, trial.linear_gain.pair) for trial in others], self.settings)
         finding = replace(chosen.finding, rivals=tied, next_best=self._next_best(chosen),
                           rare=with_constant_lag(winner.pair) not in self.usual)

@@ -1,7 +1,6 @@
 """The closing piston with the laws that were found in full contact, and what it asks for itself."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -35,8 +34,7 @@ def closed(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding], 
     assert start.closing is not None
     ask(Asked("clutch", ("clutch",)))
     contact = fits["contact"]
-    block = start.closing.with_explained_speeds(fits)
-    block.fine, block.finer = contact.block.fine, contact.block.finer
+    block = changed(start.closing.with_explained_speeds(fits), fine=contact.block.fine, finer=contact.block.finer)
     places = [start.closing.onset.points, *_searched(block, contact)]
     clutch = _settled(block, contact, places, contact.laws)
     alone, without = {finding.pair for finding in findings if finding.blocks == ("contact",)}, None
@@ -46,23 +44,22 @@ def closed(start: Start, fits: Mapping[str, BlockFit], findings: list[Finding], 
             clutch, findings = without, [finding for finding in findings if finding.pair not in alone]
         else:
             least = settings.further * (evidence_of(clutch) - evidence_of(without))
-            clutch = followed(block, clutch, settings, least)
+            clutch = followed(clutch, settings, least)
     if lacks_pressure(start, settings):  # the piston integrates the error of the pressure
         return clutch, findings
     in_contact = [finding for finding in findings if "contact" in finding.blocks]
 
-    def ask_of(asked_block: ClutchBlock, begun: CurvedFit, named: Sequence[Finding]) -> tuple[CurvedFit, list[Finding]]:
-        return closing(asked_block, begun, settings, ask, named, lambda fit: gained_elsewhere(fit, fits))
+    def ask_of(begun: CurvedFit, named: Sequence[Finding]) -> tuple[CurvedFit, list[Finding]]:
+        return closing(begun, settings, ask, named, lambda fit: gained_elsewhere(fit, fits))
 
-    clutch, clutch_findings = ask_of(block, clutch, in_contact)
+    clutch, clutch_findings = ask_of(clutch, in_contact)
     alone = {finding.pair for finding in in_contact if finding.blocks == ("contact",)}
     if alone and is_unexplained(clutch.chi2, clutch.chi2, settings):
         # Plates that meet where no law lets them show in full contact as laws of the friction, beside which none of the
         # piston is found. Without them, the clutch may name what it lacks.
-        other = changed(block, finer=contact.block.finer)
-        begun = _settled(other, contact, places[:1], [law for law in contact.laws if law not in alone]) \
-            if without is None else replace(without, block=other)
-        again, others = ask_of(other, begun, [finding for finding in in_contact if finding.pair not in alone])
+        if without is None:
+            without = _settled(block, contact, places[:1], [law for law in contact.laws if law not in alone])
+        again, others = ask_of(without, [finding for finding in in_contact if finding.pair not in alone])
         if not is_unexplained(again.chi2, again.chi2, settings) and _worth(again) > _worth(clutch):
             clutch, clutch_findings = again, others
     return clutch, [*(finding for finding in findings if finding not in in_contact), *clutch_findings]
@@ -78,8 +75,7 @@ def _searched(block: ClutchBlock, contact: BlockFit) -> list[np.ndarray]:
     if not contact.laws:
         return []
     window = OnsetBlock(block.scene, block.pressure, block.late, laws=contact.held, finer=block.finer)
-    window.fine, window.in_contact = block.fine, block.in_contact
-    return [search(window, contact.shared[:1], contact.held)]
+    return [search(changed(window, fine=block.fine, in_contact=block.in_contact), contact.shared[:1], contact.held)]
 
 
 def _settled(block: ClutchBlock, contact: BlockFit, places: Sequence[np.ndarray], laws: Sequence[Pair]) -> CurvedFit:

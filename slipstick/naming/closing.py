@@ -1,18 +1,17 @@
 """Which pairs the closing piston asks for: the choice among fits with the law of each."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from slipstick.naming.answer import next_best
 from slipstick.naming.asked import Ask
-from slipstick.naming.block import Pair, finest
+from slipstick.naming.block import Pair, finest, twice_as_fine
 from slipstick.naming.closing_fits import fits_with_pairs, lags_beside
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fineness import finer_while
 from slipstick.naming.law_map import refined
-from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.piston_laws import OVER_RATE
 from slipstick.naming.restarts import evidence_of, from_common, settled
 from slipstick.naming.search import retimed
@@ -37,7 +36,7 @@ _MOST = 2
 
 @dataclass(frozen=True, eq=False)
 class _Tried:
-    """A pair fitted in full: its priced `gain` (n,) in evidence, and the `fit`, with a law `finer` so many times.
+    """A pair fitted in full: its priced `gain` (n,) in evidence, and the `fit`.
 
     Scores in the linear model have an `agreement` of so many standard errors.
     """
@@ -45,8 +44,12 @@ class _Tried:
     pair: Pair
     gain: np.ndarray
     fit: CurvedFit
-    finer: int
     agreement: float
+
+    @property
+    def finer(self) -> int:
+        """How many times the resolution of its law is doubled."""
+        return self.fit.block.finer.get(self.pair, 0)
 
     @property
     def nats(self) -> float:
@@ -60,7 +63,12 @@ class _Tried:
 
     def beside(self, now: CurvedFit) -> "_Tried":
         """The same beside another fit without the pair."""
-        return replace(self, gain=priced(self.fit.evidence - now.evidence, self.fit.leverage(self.pair)))
+        return replace(self, gain=_gain(self.fit, self.pair, now))
+
+
+def _gain(fit: CurvedFit, pair: Pair, now: CurvedFit) -> np.ndarray:
+    """What a fit with a pair gains (n,) in evidence beside the one `now` without it, less the price of its law."""
+    return priced(fit.evidence - now.evidence, fit.leverage(pair))
 
 
 def _best_of(tried: Sequence[_Tried]) -> list[_Tried]:
@@ -71,7 +79,7 @@ def _best_of(tried: Sequence[_Tried]) -> list[_Tried]:
     return list(best.values())
 
 
-def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, ask: Ask = lambda _: None,
+def closing(start: CurvedFit, settings: NamingSettings, ask: Ask = lambda _: None,
             named: Sequence[Finding] = (),
             elsewhere: Callable[[CurvedFit], np.ndarray] = lambda fit: np.zeros(len(fit.points)),
             ) -> tuple[CurvedFit, list[Finding]]:
@@ -83,29 +91,16 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, ask:
     """
     now, findings, nats = start, list[Finding](), max((finding.nats for finding in named), default=0.0)
     while len(findings) < _MOST:
-        tried = _tried(block, now, settings, ask)
-        enough = _enough(tried, now, settings)
-        lags = lags_beside(block, now)
-        if enough and lags and not is_unexplained(now.chi2, now.chi2, settings):
-            tried = _best_of([*tried, *_tried(block, now, settings, ask, lags)])
-            enough = _enough(tried, now, settings)
-        if enough:
-            # A fit without the law may only have stopped early: it begins again where the one with it ended.
-            again = _again(block, now, enough[0].fit)
-            if (again.evidence - now.evidence).sum() > settings.nats:
-                now = again
-                tried = _best_of([*(trial.beside(now) for trial in enough),
-                                  *_tried(block, now, settings, ask, [trial.pair for trial in enough])])
-                enough = _enough(tried, now, settings)
+        now, tried, enough = _ask_all(now, settings, ask)
         if enough or is_unexplained(now.chi2, now.chi2, settings):
-            finer = _finer(block, now, settings, enough[0].gain if enough else None)
+            finer = _finer(now, settings, enough[0].gain if enough else None)
             if finer is not None:
-                now = followed(block, finer, settings)
+                now = followed(finer, settings)
                 continue
-        if not enough or enough[0].gain.sum() < settings.further * max(nats, sum(finding.nats for finding in findings)):
+        if not enough or enough[0].nats < settings.further * max(nats, sum(finding.nats for finding in findings)):
             break
         best = _plainest(enough, settings)
-        now, block.finer = best.fit, {**block.finer, best.pair: best.finer}
+        now = best.fit
         sensors = [(trial.gain + elsewhere(trial.fit), OF_SENSOR) for trial in enough if trial.pair == OF_FRICTION]
         alike = _alike(best, tried)
         apart = [trial for trial in tried if trial is not best and trial not in alike]
@@ -116,11 +111,30 @@ def closing(block: ClutchBlock, start: CurvedFit, settings: NamingSettings, ask:
                   for gain, pair in [*((trial.gain, trial.pair) for trial in apart), *sensors]]
         findings.append(Finding(("clutch",), best.pair, best.gain, tied, next_best(best.pair, others),
                                 best.expected, best.agreement))
-    return _backward(block, now, named, findings, settings)
+    return _backward(now, named, findings, settings)
 
 
-def _again(block: ClutchBlock, now: CurvedFit, other: CurvedFit) -> CurvedFit:
+def _ask_all(now: CurvedFit, settings: NamingSettings, ask: Ask) -> tuple[CurvedFit, list[_Tried], list[_Tried]]:
+    """The fit without a further law, the pairs that were tried from it on, and those of them that are enough.
+
+    Lags that change are tried beside those that are enough. A fit without the law may only have stopped early: it
+    begins again where the best one with it ended.
+    """
+    tried, lags = _tried(now, settings, ask), lags_beside(now)
+    if lags and not is_unexplained(now.chi2, now.chi2, settings) and _enough(tried, now, settings):
+        tried = _best_of([*tried, *_tried(now, settings, ask, lags)])
+    enough = _enough(tried, now, settings)
+    again = _again(now, enough[0].fit) if enough else now
+    if (again.evidence - now.evidence).sum() <= settings.nats:
+        return now, tried, enough
+    tried = _best_of([*(trial.beside(again) for trial in enough),
+                      *_tried(again, settings, ask, [trial.pair for trial in enough])])
+    return again, tried, _enough(tried, again, settings)
+
+
+def _again(now: CurvedFit, other: CurvedFit) -> CurvedFit:
     """The best fit with the laws of `now` that begins where the `other` one, with a further law, ended."""
+    block = now.block
     coefficients = {law: other.coefficients[law] for law in now.laws}
     points = retimed(block, other.points, other.shared, now.held)
     return max(fit_curved(block, now.laws, points=other.points, coefficients=coefficients, shared=other.shared),
@@ -128,31 +142,22 @@ def _again(block: ClutchBlock, now: CurvedFit, other: CurvedFit) -> CurvedFit:
                from_common(block, other.mean, other.shared, now.held, iterations=12), key=evidence_of)
 
 
-def _tried(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, ask: Ask,
-           pairs: Sequence[Pair] | None = None) -> list[_Tried]:
+def _tried(now: CurvedFit, settings: NamingSettings, ask: Ask, pairs: Sequence[Pair] | None = None) -> list[_Tried]:
     """Those of the `pairs` that promise most, the largest gain first."""
-    tried = [_Tried(linear_gain.pair, priced(fit.evidence - now.evidence, fit.leverage(linear_gain.pair)), fit,
-                    block.finer.get(linear_gain.pair, 0), linear_gain.agreement)
-             for linear_gain, fit in fits_with_pairs(block, now, settings, pairs, ask)]
+    tried = [_Tried(linear_gain.pair, _gain(fit, linear_gain.pair, now), fit, linear_gain.agreement)
+             for linear_gain, fit in fits_with_pairs(now, settings, pairs, ask)]
     most = max((trial.nats for trial in tried), default=0.0)
-    tried = [_finest(block, now, trial, settings) if trial.nats > max(settings.nats, NEAR * most) else trial
+    tried = [_finest(now, trial, settings) if trial.nats > max(settings.nats, NEAR * most) else trial
              for trial in tried]
     return sorted(tried, key=lambda trial: -trial.nats)
 
 
-def _finest(block: ClutchBlock, now: CurvedFit, trial: _Tried, settings: NamingSettings) -> _Tried:
+def _finest(now: CurvedFit, trial: _Tried, settings: NamingSettings) -> _Tried:
     """A pair with as many knots as gain more than a share: few do not follow a strong law that bends often."""
-    before, pair = block.finer, trial.pair
-
     def doubled(coarse: _Tried) -> _Tried:
-        block.finer = {**before, pair: coarse.finer}
-        fit = _resolved(block, coarse.fit, [pair])
-        return replace(coarse, gain=priced(fit.evidence - now.evidence, fit.leverage(pair)), fit=fit,
-                       finer=coarse.finer + 1)
+        return replace(coarse, fit=_resolved(coarse.fit, {coarse.pair: coarse.finer + 1})).beside(now)
 
-    trial = finer_while(trial, finest(block, pair), doubled, settings.nats, settings.further)
-    block.finer = before
-    return trial
+    return finer_while(trial, finest(now.block, trial.pair), doubled, settings.nats, settings.further)
 
 
 def _enough(tried: Sequence[_Tried], now: CurvedFit, settings: NamingSettings) -> list[_Tried]:
@@ -180,26 +185,23 @@ def _alike(best: _Tried, others: Sequence[_Tried]) -> list[_Tried]:
     return [trial for trial in others if trial.pair == OVER_RATE.get(best.pair) and trial.nats > NEAR * best.nats]
 
 
-def _finer(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, further: np.ndarray | None = None,
+def _finer(now: CurvedFit, settings: NamingSettings, further: np.ndarray | None = None,
            least: float = 0.0) -> CurvedFit | None:
     """The fit with finer laws, if they gain enough, and do as well as a further law that gains `further` (n,).
 
     Enough is that of the settings, and the `least` in nats.
     """
-    before = block.finer
-    laws = [law for law in now.laws if before.get(law, 0) < finest(block, law)]
-    if not laws:
+    doubled = twice_as_fine(now.block, now.laws)
+    if not doubled:
         return None
-    finer = _resolved(block, now, laws)
-    price = np.sum([finer.leverage(law) - now.leverage(law) for law in laws], axis=0)
+    finer = _resolved(now, doubled)
+    price = np.sum([finer.leverage(law) - now.leverage(law) for law in doubled], axis=0)
     gain = priced(finer.evidence - now.evidence, price)
-    if gain.sum() > max(settings.nats, least) and (further is None or not leads(further, gain, settings)):
-        return finer
-    block.finer = before
-    return None
+    is_better = gain.sum() > max(settings.nats, least) and (further is None or not leads(further, gain, settings))
+    return finer if is_better else None
 
 
-def _backward(block: ClutchBlock, now: CurvedFit, named: Sequence[Finding], later: Sequence[Finding],
+def _backward(now: CurvedFit, named: Sequence[Finding], later: Sequence[Finding],
               settings: NamingSettings) -> tuple[CurvedFit, list[Finding]]:
     """Without those findings of full contact alone that the clutch does not ask for beside `later` ones.
 
@@ -212,9 +214,9 @@ def _backward(block: ClutchBlock, now: CurvedFit, named: Sequence[Finding], late
             kept.append(finding)
             continue
         others = {law: c for law, c in now.coefficients.items() if law != finding.pair}
-        without = settled(block, now.points, now.shared, tuple(others), others)
-        now = max(now, fit_curved(block, (*others, finding.pair), start=without), key=evidence_of)  # no less likely
-        gain, expected = priced(now.evidence - without.evidence, now.leverage(finding.pair)), now.expected(finding.pair)
+        without = settled(now.block, now.points, now.shared, tuple(others), others)
+        now = max(now, fit_curved(now.block, (*others, finding.pair), start=without), key=evidence_of)  # no less likely
+        gain, expected = _gain(now, finding.pair, without), now.expected(finding.pair)
         if is_finding(gain, expected, finding.agreement, without.chi2[None], now.chi2[None], settings):
             kept.append(replace(finding, gain=gain, expected=expected))
         else:
@@ -222,22 +224,21 @@ def _backward(block: ClutchBlock, now: CurvedFit, named: Sequence[Finding], late
     return now, [*kept, *later]
 
 
-def followed(block: ClutchBlock, now: CurvedFit, settings: NamingSettings, least: float = 0.0) -> CurvedFit:
+def followed(now: CurvedFit, settings: NamingSettings, least: float = 0.0) -> CurvedFit:
     """The fit with as many knots of its laws as the clutch asks for, where each doubling gains the `least` in nats.
 
     Those of full contact needed fewer there: it has other samples, of a smaller range.
     """
     while is_unexplained(now.chi2, now.chi2, settings):
-        finer = _finer(block, now, settings, least=least)
+        finer = _finer(now, settings, least=least)
         if finer is None:
             break
         now = finer
     return now
 
 
-def _resolved(block: ClutchBlock, now: CurvedFit, laws: Sequence[Pair]) -> CurvedFit:
-    """The fit from `now` on where these of its laws have twice the resolution, which the block keeps."""
-    coarse = {law: block.law(law) for law in laws}
-    block.finer = {**block.finer, **{law: block.finer.get(law, 0) + 1 for law in laws}}
-    begun = {law: refined(law_map, now.coefficients[law], block.law(law)) for law, law_map in coarse.items()}
+def _resolved(now: CurvedFit, finer: Mapping[Pair, int]) -> CurvedFit:
+    """The fit from `now` on where these of its laws are doubled so many times."""
+    block = now.resolved(finer).block
+    begun = {law: refined(now.block.law(law), now.coefficients[law], block.law(law)) for law in finer}
     return fit_curved(block, now.laws, start=now, coefficients=begun, iterations=10)

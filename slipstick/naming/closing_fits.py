@@ -11,7 +11,6 @@ from slipstick.naming.asked import Ask, Asked
 from slipstick.naming.block import CLOSING, Block, Pair
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.evidence import Gain, gains, table
-from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.piston_laws import OVER_RATE
 from slipstick.naming.restarts import annealed, evidence_of, from_common, regained
 from slipstick.naming.selection import is_unexplained
@@ -38,14 +37,14 @@ def changing_lags(block: Block) -> list[Pair]:
     return [pair for pair in block.pairs(rare=True) if pair[0] in CONSTANT]
 
 
-def lags_beside(block: Block, now: CurvedFit) -> list[Pair]:
+def lags_beside(now: CurvedFit) -> list[Pair]:
     """Those that are asked for where something is missing: beside another law they follow what few numbers leave of it.
     """
-    return [] if now.laws else changing_lags(block)
+    return [] if now.laws else changing_lags(now.block)
 
 
-def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings,
-                    pairs: Sequence[Pair] | None = None, ask: Ask = lambda _: None) -> list[tuple[Gain, CurvedFit]]:
+def fits_with_pairs(now: CurvedFit, settings: NamingSettings, pairs: Sequence[Pair] | None = None,
+                    ask: Ask = lambda _: None) -> list[tuple[Gain, CurvedFit]]:
     """The fits with the best of the `pairs` that promise something, from `now` and common points.
 
     By default they are all usual ones, but the constant lag beside one that changes, which is the same effect, and one
@@ -55,12 +54,13 @@ def fits_with_pairs(block: ClutchBlock, now: CurvedFit, settings: NamingSettings
     Where something is missing every pair is tried: a strong law may promise nothing far from the best fit with it. A
     parameter that scatters as widely as it can shows that as well, since it may explain each engagement by itself.
     """
+    block = now.block
     strained, lacks = np.any(now.variance >= block.widest**2), is_unexplained(now.chi2, now.chi2, settings)
     if pairs is None:
         known = {with_constant_lag(law) for law in now.laws} - {*now.laws}
         known |= {OVER_RATE[law] for law in now.laws if law in OVER_RATE}
         usual = [pair for pair in block.pairs() if shows_closing(pair) and pair not in known]
-        pairs = [*usual, *(lags_beside(block, now) if lacks else ())]
+        pairs = [*usual, *(lags_beside(now) if lacks else ())]
     about = table(now, pairs)
     promising = gains([about], list(now.laws), list(about.further))
     if not (strained or lacks):

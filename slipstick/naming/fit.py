@@ -7,12 +7,13 @@ law are fitted together.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from operator import attrgetter
+from typing import Self
 
 import numpy as np
 
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.engine.linear_model import Fitted, estimate, marginalise
-from slipstick.naming.block import Block, Laws, Pair, first_shared
+from slipstick.naming.block import Block, Laws, Pair, changed, first_shared
 from slipstick.naming.linear_model import Columns, Joint, Part, columns_of, joined, part_of, predict
 from slipstick.numerics.threads import mapped
 
@@ -54,6 +55,10 @@ class BlockFit:
     def held(self) -> Laws:
         """The laws with their coefficients."""
         return [(law, self.coefficients[law]) for law in self.laws]
+
+    def resolved(self, finer: Mapping[Pair, int]) -> Self:
+        """The same where further laws are doubled so many times; its own ones must then be fitted again."""
+        return replace(self, block=changed(self.block, finer={**self.block.finer, **finer}))
 
     def columns(self, laws: Sequence[Pair]) -> Columns:
         """The columns about its values, with those of these laws."""

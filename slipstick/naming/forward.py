@@ -2,15 +2,16 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from slipstick.naming.asked import Ask, Asked, Step
-from slipstick.naming.block import Block, Pair, finer_at_first, is_changing_delay
+from slipstick.naming.block import Block, Pair, changed, finer_at_first, is_changing_delay
 from slipstick.naming.choice import Choice
 from slipstick.naming.evidence import Gain, Table, gains, table
-from slipstick.naming.fit import BlockFit, fit_together
-from slipstick.naming.full_fits import finer_fits, is_enough_with, rise_of, sharing
+from slipstick.naming.fit import BlockFit
+from slipstick.naming.full_fits import finer_fits, is_enough_with, refitted, rise_of, sharing
 from slipstick.naming.selection import (
     Finding,
     is_enough,
@@ -25,8 +26,7 @@ from slipstick.numerics.threads import mapped
 def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = lambda _: None, step: Step = "laws",
             closed: Collection[str] = ()) -> tuple[dict[str, BlockFit], list[Finding]]:
     """Add pairs to the blocks of `fits` but those `closed` while the recordings ask for them, as a `step` of naming."""
-    fits, findings, closed = dict(fits), list[Finding](), set(closed)
-    _set_resolution(fits, settings)
+    fits, findings, closed = _resolved(fits, settings), list[Finding](), set(closed)
     tables, offered = dict[str, Table](), {name: fit.block.pairs() for name, fit in fits.items()}
     usual = {pair for pairs in offered.values() for pair in pairs}
     while len(closed) < len(fits):
@@ -55,26 +55,45 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
             # What competes with a pair in a block that has changed is compared about the new fit, in the next round.
             if touched & {block for gain in (best, *near) for block in gain.blocks}:
                 continue
-            blocks, chosen_gain, chosen_fits, finding = best.blocks, best.nats, dict[str, BlockFit](), None
-            own = all(set(gain.blocks) <= set(blocks) for gain in near)
-            if not own or _left([fits[name] for name in blocks]) >= _least(blocks, findings, settings):
-                finding, chosen_fits = choice.settled(best, near)
-                blocks, chosen_gain = finding.blocks, finding.gain
-            finer = finer_fits(fits, blocks, settings, chosen_gain)
-            touched |= set(best.blocks) | set(finer or chosen_fits)
-            if finer is not None:
-                fits |= finer
-                continue
-            if finding is None or not is_enough_with(fits, chosen_fits, finding, settings) or (
-                    finding.nats < _least(blocks, findings, settings)):
-                closed |= set(best.blocks)
-                continue
-            findings.append(finding)
-            fits |= chosen_fits
-            closed |= {name for name in finding.blocks if len(fits[name].laws) >= settings.most}
+            answer = _answer(choice, best, near, findings)
+            fits |= answer.fits
+            touched |= answer.touched
+            closed.update(answer.closed)
+            findings += answer.findings
         if not touched:
             break
     return _backward(fits, findings, settings)
+
+
+class _Answer(NamedTuple):
+    """What comes of a pair: the blocks that are `touched`, their new `fits`, those that are `closed`, and a finding."""
+
+    touched: set[str]
+    fits: Mapping[str, BlockFit]
+    closed: Collection[str] = ()
+    findings: Sequence[Finding] = ()
+
+
+def _answer(choice: Choice, best: Gain, near: Sequence[Gain], findings: Sequence[Finding]) -> _Answer:
+    """Finer laws in the blocks of the `best` pair or of what is chosen among those `near` it, or its name, or none."""
+    fits, settings = choice.fits, choice.settings
+    blocks, gain, chosen_fits, finding = best.blocks, best.nats, dict[str, BlockFit](), None
+    own = all(set(other.blocks) <= set(blocks) for other in near)
+    if not own or _left([fits[name] for name in blocks]) >= _least(blocks, findings, settings):
+        finding, chosen_fits = choice.settled(best, near)
+        blocks, gain = finding.blocks, finding.gain
+        # With the resolution that the pair needs it is tried again, if it is not named now.
+        fits = {**fits, **{name: fits[name].resolved({finding.pair: chosen_fits[name].block.finer[finding.pair]})
+                           for name in blocks}}
+    finer = finer_fits(fits, blocks, settings, gain)
+    if finer is not None:
+        return _Answer({*best.blocks, *finer}, finer)
+    touched = {*best.blocks, *chosen_fits}
+    if finding is None or not is_enough_with(fits, chosen_fits, finding, settings) or (
+            finding.nats < _least(blocks, findings, settings)):
+        return _Answer(touched, fits, set(best.blocks))
+    complete = {name for name in blocks if len(chosen_fits[name].laws) >= settings.most}
+    return _Answer(touched, chosen_fits, complete, [finding])
 
 
 def _least(blocks: Collection[str], findings: Sequence[Finding], settings: NamingSettings) -> float:
@@ -100,7 +119,7 @@ def _tables(fits: Mapping[str, BlockFit], offered: Mapping[str, Sequence[Pair]],
             before: Mapping[str, Table]) -> dict[str, Table]:
     """The tables of fits with what is `offered`: those `before` where the fit is the same, with further pairs."""
     known = {name: block_table for name, block_table in before.items()
-             if name in fits and block_table.fit is fits[name]}
+             if name in fits and block_table.fit.fitted is fits[name].fitted}
     stale = [name for name in fits if name not in known or len(offered[name]) > len(known[name].asked)]
     made = mapped(lambda name: table(fits[name], offered[name], known.get(name)), stale)
     tables = known | dict(zip(stale, made, strict=True))
@@ -115,10 +134,9 @@ def _backward(fits: Mapping[str, BlockFit], findings: Sequence[Finding],
         later = kept[kept.index(finding) + 1:]
         if not any(set(other.blocks) & set(finding.blocks) for other in later):
             continue
-        order = sharing(fits, finding.blocks)
-        laws = [tuple(law for law in fits[name].laws if law != finding.pair) for name in order]
-        fits_without = dict(zip(order, fit_together([fits[name].block for name in order], laws,
-                                                    [fits[name] for name in order]), strict=True))
+        starts = {name: fits[name] for name in sharing(fits, finding.blocks)}
+        fits_without = refitted(starts, {name: tuple(law for law in start.laws if law != finding.pair)
+                                         for name, start in starts.items()})
         price = np.sum([fits[name].leverage(finding.pair) for name in finding.blocks], axis=0)
         beside = replace(finding, gain=priced(-rise_of(fits, fits_without), price))
         if not is_enough_with(fits_without, fits, beside, settings):
@@ -173,13 +191,11 @@ def _is_promising(gain: Gain, is_first: bool, settings: NamingSettings) -> bool:
     return _is_shown(gain, settings) or bool(gain.nats.sum() > settings.nats and agreed)
 
 
-def _set_resolution(fits: Mapping[str, BlockFit], settings: NamingSettings) -> None:
-    """More knots in blocks that are not explained, and then more columns of errors of sensors in all blocks."""
-    blocks = [fit.block for fit in fits.values()]
-    off = [fit.block for fit in fits.values() if is_unexplained(fit.chi2, fit.chi2, settings)]
-    for block in off:
-        block.fine = settings.finer_knots
-    if off:
-        for block in blocks:
-            finer = {pair: finer_at_first(pair, settings.finer_knots) for pair in block.pairs()}
-            block.finer = {pair: times for pair, times in finer.items() if times}
+def _resolved(fits: Mapping[str, BlockFit], settings: NamingSettings) -> dict[str, BlockFit]:
+    """With more knots in blocks that are not explained, and then more columns of errors of sensors in all blocks."""
+    off, resolved = {name for name, fit in fits.items() if is_unexplained(fit.chi2, fit.chi2, settings)}, dict(fits)
+    for name, fit in fits.items() if off else ():
+        finer = {pair: finer_at_first(pair, settings.finer_knots) for pair in fit.block.pairs()}
+        block = changed(fit.block, finer={pair: times for pair, times in finer.items() if times})
+        resolved[name] = replace(fit, block=changed(block, fine=settings.finer_knots) if name in off else block)
+    return resolved

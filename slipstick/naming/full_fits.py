@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipstick.naming.block import Pair, finest
+from slipstick.naming.block import Pair, twice_as_fine
 from slipstick.naming.evidence import Gain
 from slipstick.naming.fit import BlockFit, fit_together
 from slipstick.naming.selection import Finding, is_finding, leads, priced
@@ -20,14 +20,17 @@ _ROUGH = 1e-4
 class Tried:
     """A pair fitted in full: its priced `rise` (n,) in the likelihood, and the `fits` of the blocks that it changes.
 
-    They hold where its resolution has been doubled `finer` times in its blocks. `linear_gain` is what it gains in the
-    linear model.
+    `linear_gain` is what it gains in the linear model.
     """
 
     linear_gain: Gain
     rise: np.ndarray
     fits: dict[str, BlockFit]
-    finer: int
+
+    @property
+    def finer(self) -> int:
+        """How many times its resolution is doubled."""
+        return self.fits[self.linear_gain.blocks[0]].block.finer[self.linear_gain.pair]
 
     @property
     def nats(self) -> float:
@@ -43,33 +46,35 @@ class Tried:
 
 
 def tried(fits: Mapping[str, BlockFit], linear_gain: Gain, finer: int) -> Tried:
-    """A pair fitted with a resolution that is doubled `finer` times, which its blocks do not keep.
+    """A pair fitted with a resolution that is doubled `finer` times, as well as a comparison needs.
 
-    It is as well as a comparison needs, and `to_the_end` completes it.
+    The fits are those of its blocks and of others that share a law with one of them; `to_the_end` completes them.
     """
-    return _fitted(fits, fits, linear_gain, finer, _ROUGH)
+    starts = {name: fits[name].resolved({linear_gain.pair: finer} if name in linear_gain.blocks else {})
+              for name in sharing(fits, linear_gain.blocks)}
+    return _fitted(fits, starts, linear_gain, _ROUGH)
 
 
 def to_the_end(fits: Mapping[str, BlockFit], trial: Tried) -> Tried:
     """A pair that was tried, with fits that end where no step promises anything."""
-    return _fitted(fits, {**fits, **trial.fits}, trial.linear_gain, trial.finer, 0.0)
+    return _fitted(fits, trial.fits, trial.linear_gain, 0.0)
 
 
-def _fitted(fits: Mapping[str, BlockFit], starts: Mapping[str, BlockFit], linear_gain: Gain, finer: int,
-            rough: float) -> Tried:
-    """A pair with the fits, from `starts` on, of its blocks and of those that share a law with one of them."""
-    blocks = [fits[name].block for name in linear_gain.blocks]
-    before = [block.finer for block in blocks]
-    for block in blocks:
-        block.finer = {**block.finer, linear_gain.pair: finer}
-    order = sharing(fits, linear_gain.blocks)
-    laws = [(*fits[name].laws, *([linear_gain.pair] if name in linear_gain.blocks else [])) for name in order]
-    refitted = fit_together([fits[name].block for name in order], laws, [starts[name] for name in order], rough=rough)
-    changed_fits = dict(zip(order, refitted, strict=True))
-    price = sum(changed_fits[name].leverage(linear_gain.pair) for name in linear_gain.blocks)
-    for block, own in zip(blocks, before, strict=True):
-        block.finer = own
-    return Tried(linear_gain, priced(rise_of(fits, changed_fits), np.asarray(price)), changed_fits, finer)
+def _fitted(fits: Mapping[str, BlockFit], starts: Mapping[str, BlockFit], linear_gain: Gain, rough: float) -> Tried:
+    """A pair that is added to `fits`, from `starts` on."""
+    pair, names = linear_gain.pair, linear_gain.blocks
+    laws = {name: (*fits[name].laws, *([pair] if name in names else [])) for name in starts}
+    changed_fits = refitted(starts, laws, rough)
+    price = sum(changed_fits[name].leverage(pair) for name in names)
+    return Tried(linear_gain, priced(rise_of(fits, changed_fits), np.asarray(price)), changed_fits)
+
+
+def refitted(starts: Mapping[str, BlockFit], laws: Mapping[str, tuple[Pair, ...]],
+             rough: float = 0.0) -> dict[str, BlockFit]:
+    """The fits of several blocks together, from `starts` on, with `laws` each."""
+    fits = fit_together([start.block for start in starts.values()], [laws[name] for name in starts],
+                        list(starts.values()), rough=rough)
+    return dict(zip(starts, fits, strict=True))
 
 
 def is_enough_with(fits: Mapping[str, BlockFit], changed_fits: Mapping[str, BlockFit], finding: Finding,
@@ -110,23 +115,15 @@ def finer_fits(fits: Mapping[str, BlockFit], blocks: Sequence[str], settings: Na
     What few knots leave of a strong law looks like another one: a further name must explain more than the same laws
     with twice the resolution.
     """
-    order = sharing(fits, blocks)
-    before = {name: fits[name].block.finer for name in order}
-    finer = {law: before[name].get(law, 0) + 1 for name in order for law in fits[name].laws
-             if before[name].get(law, 0) < finest(fits[name].block, law)}
+    coarse = {name: fits[name] for name in sharing(fits, blocks)}
+    finer = {law: times for fit in coarse.values() for law, times in twice_as_fine(fit.block, fit.laws).items()}
     if not finer:
         return None
-    for name in order:
-        fits[name].block.finer = {**before[name], **{law: finer[law] for law in fits[name].laws if law in finer}}
-    starts = [replace(fits[name], coefficients={law: c for law, c in fits[name].coefficients.items()
-                                                if law not in finer}) for name in order]
-    changed_fits = dict(zip(order, fit_together([start.block for start in starts],
-                                                [start.laws for start in starts], starts), strict=True))
-    price = np.sum([fit.leverage(law) for fit in changed_fits.values() for law in fit.laws], axis=0)
-    paid = np.sum([fits[name].leverage(law) for name in order for law in fits[name].laws], axis=0)
+    starts = {name: replace(fit.resolved({law: finer[law] for law in fit.laws if law in finer}),
+                            coefficients={law: c for law, c in fit.coefficients.items() if law not in finer})
+              for name, fit in coarse.items()}
+    changed_fits = refitted(starts, {name: fit.laws for name, fit in coarse.items()})
+    price, paid = (np.sum([fit.leverage(law) for fit in each.values() for law in fit.laws], axis=0)
+                   for each in (changed_fits, coarse))
     gain = priced(rise_of(fits, changed_fits), price - paid)
-    if gain.sum() > settings.nats and not leads(further, gain, settings):
-        return changed_fits
-    for name in order:
-        fits[name].block.finer = before[name]
-    return None
+    return changed_fits if gain.sum() > settings.nats and not leads(further, gain, settings) else None

@@ -50,7 +50,7 @@ class InputBlock:
         self.widest = np.array([0.1, 0.1, 0.1, 0.05, 0.5, 0.05])
         self.random_std = np.array([KNOWN, KNOWN, KNOWN, 1e-3, 1e-3, 1e-2])  # motor speeds have shared means
         self._clock = 0.0
-        self._torques: dict[tuple[Pair, int], np.ndarray] = {}
+        self._torques: dict[tuple[Pair, int, int], np.ndarray] = {}
         self._read, self._steep = scene.smooth["output_torque"], np.ones(self.torque.shape)
         nominal = np.zeros((len(scene), len(self.random)))
         self._speed = self.clean(nominal)
@@ -214,7 +214,7 @@ class InputBlock:
         """
         if pair == TORQUE_GAIN:
             return sensor_errors.reading(self.scene, *pair, self._read, self.finer.get(pair, 0)) / self.scene.gear
-        key = pair, fineness(self, pair)
+        key = pair, self.fine, self.finer.get(pair, 0)
         if key not in self._torques:
             self._torques[key] = self._over_signals(pair)
         return self._torques[key]

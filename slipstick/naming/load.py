@@ -67,7 +67,7 @@ class LoadBlock:
         self._kick = scene.smooth["output_torque"].max() / self.inertia  # rad/s^2
         self._moving = np.ones((len(scene), len(scene.time) - 1), bool)
         self._shared = np.zeros(len(self.fixed))
-        self._torques: dict[tuple[Pair, int], np.ndarray] = {}
+        self._torques: dict[tuple[Pair, int, int], np.ndarray] = {}
         self._read, self._steep = scene.smooth["output_torque"], np.ones(self.torque.shape)
         self._speed = self.clean(np.zeros((len(scene), len(self.random))))
 
@@ -187,7 +187,7 @@ class LoadBlock:
         """Torques (n, m, k) in N m that drive the load. Those over signals of the scene are computed once."""
         if pair == TORQUE_GAIN:
             return -sensor_errors.reading(self.scene, *pair, self._read, self.finer.get(pair, 0))
-        key = pair, fineness(self, pair)
+        key = pair, self.fine, self.finer.get(pair, 0)
         if key not in self._torques:
             self._torques[key] = self._over_signals(pair)
         return self._torques[key]

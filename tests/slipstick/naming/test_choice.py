@@ -38,8 +38,9 @@ def chosen_beside(monkeypatch: pytest.MonkeyPatch, rises: dict[Pair, np.ndarray]
     chi2, gain, acts = np.full(COUNT, chi_square), finer or {}, blocks or {}
 
     def tried(fits: Any, one: Any, times: int) -> Tried:
-        its: Any = {name: SimpleNamespace(chi2=chi2) for name in one.blocks}
-        return Tried(one, rises[one.pair] * gain.get(one.pair, 1.0) ** times, its, times)
+        block = SimpleNamespace(finer={one.pair: times})
+        its: Any = {name: SimpleNamespace(chi2=chi2, block=block) for name in one.blocks}
+        return Tried(one, rises[one.pair] * gain.get(one.pair, 1.0) ** times, its)
 
     monkeypatch.setattr(choice, "tried", tried)
     monkeypatch.setattr(choice, "to_the_end", lambda fits, one: one)
@@ -50,8 +51,8 @@ def chosen_beside(monkeypatch: pytest.MonkeyPatch, rises: dict[Pair, np.ndarray]
     compared: Any = [SimpleNamespace(pair=pair, blocks=acts.get(pair, (BLOCK,)), nats=rise, agreement=5.0)
                      for pair, rise in rises.items()]
     its = Choice(fits, compared, compared, tuple(rises) if usual is None else usual, SETTINGS, lambda _: None)
-    finding, _ = its.settled(compared[0], compared[1:])
-    return finding.pair, block.finer[finding.pair]
+    finding, changed = its.settled(compared[0], compared[1:])
+    return finding.pair, changed[finding.blocks[0]].block.finer[finding.pair]
 
 
 def test_what_few_engagements_show_gives_way_to_what_most_do(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -124,12 +125,12 @@ def asked(monkeypatch: pytest.MonkeyPatch, suggested: Finding, beside: Any, inst
     piston = SimpleNamespace(with_explained_speeds=lambda _: SimpleNamespace(), onset=SimpleNamespace(points=None))
     start: Any = SimpleNamespace(closing=piston, valve=None)
 
-    def closing(block: Any, begun: Any, settings: Any, ask: Any, named: list[Finding], _: Any) -> Any:
+    def closing(begun: Any, settings: Any, ask: Any, named: list[Finding], _: Any) -> Any:
         return (beside, named) if FRICTION in begun.laws else (instead, [*named, finding(LAG, "clutch")])
 
     monkeypatch.setattr(closed_module, "closing", closing)
     monkeypatch.setattr(closed_module, "_searched", lambda *_: [])
-    monkeypatch.setattr(closed_module, "followed", lambda block, now, *_: now)
+    monkeypatch.setattr(closed_module, "followed", lambda now, *_: now)
     monkeypatch.setattr(closed_module, "_settled", lambda block, _, places, laws: fitted(
         -100.0 if FRICTION in laws else -200.0, MISFIT, *laws))
     clutch, findings = closed(start, {"contact": contact}, [suggested], NamingSettings(), lambda _: None)

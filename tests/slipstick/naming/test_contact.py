@@ -1,6 +1,5 @@
 """When the plates touch, close, lock and part: the pressure, the samples and the laws that count."""
 
-from copy import copy
 from dataclasses import replace
 from functools import cache
 
@@ -194,12 +193,6 @@ def coarse(*laws: Pair) -> tuple[ClutchBlock, CurvedFit]:
     return block, settled(block, found, np.zeros(1), contact.laws, contact.coefficients)
 
 
-def with_few_knots() -> tuple[ClutchBlock, CurvedFit]:
-    """The same with the law over the heat alone, and a block that a test may change."""
-    block, found = coarse(HEAT)
-    return copy(block), found
-
-
 def heats(sample_time: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times (k,) in s, and heat (n, k) in kJ of the plates, also as a smoothed torque gives it."""
     block = block_of("clutch", scene_of(replace(HEAVY, sample_time=sample_time), Model(HEAVY.physics), CLOSING))
@@ -218,47 +211,47 @@ def test_the_heat_is_that_of_a_fine_sampling_although_the_torque_rises_within_fe
 
 
 def test_a_law_of_full_contact_has_as_many_knots_as_the_closing_plates_ask_for() -> None:
-    block, start = with_few_knots()
+    _, start = coarse(HEAT)
     assert is_unexplained(start.chi2, start.chi2, SETTINGS)
-    assert followed(block, start, SETTINGS, least=1e6) is start
-    assert not block.finer
-    finer = _finer(block, start, SETTINGS)
+    assert followed(start, SETTINGS, least=1e6) is start
+    finer = _finer(start, SETTINGS)
     assert finer is not None
-    now = followed(block, finer, SETTINGS)
-    assert block.finer[HEAT] > 0
+    now = followed(finer, SETTINGS)
+    assert now.block.finer[HEAT] > 0
+    assert not start.block.finer
     assert not is_unexplained(now.chi2, now.chi2, SETTINGS)
 
 
 def test_a_fit_begins_again_with_the_laws_that_the_one_with_a_further_law_has(monkeypatch: pytest.MonkeyPatch) -> None:
-    block, best = with_few_knots()
+    block, best = coarse(HEAT)
     other = fit_curved(block, (HEAT, ("piston rate", "pressure")), start=best, iterations=0)
     for module in ("closing", "restarts"):  # a fit is what it begins with
         monkeypatch.setattr(f"slipstick.naming.{module}.fit_curved", lambda *args, **kwargs: fit_curved(
             *args, **{**kwargs, "iterations": 0}))
     early = fit_curved(block, (HEAT,), points=best.points, shared=best.shared, iterations=0)
-    again = _again(block, early, other)
+    again = _again(early, other)
     assert again.laws == (HEAT,)
     np.testing.assert_array_equal(again.coefficients[HEAT], other.coefficients[HEAT])
     assert evidence_of(again) > evidence_of(early) + 100 * SETTINGS.nats
 
 
 def test_laws_of_full_contact_stay_as_far_as_the_clutch_asks_for_them_beside_those_of_the_piston() -> None:
-    block, now = coarse(HEAT, SPEED)
+    _, now = coarse(HEAT, SPEED)
     named = [Finding(("contact",), pair, np.ones(CLOSING)) for pair in (HEAT, SPEED)]
     piston = Finding(("clutch",), ("piston rate", "pressure"), np.ones(CLOSING))
-    after, kept = _backward(block, now, named, [piston], SETTINGS)
+    after, kept = _backward(now, named, [piston], SETTINGS)
     assert [one.pair for one in kept] == [HEAT, piston.pair]
     assert after.laws == (HEAT,)
     assert kept[0].nats > 100 * SETTINGS.nats
-    assert [one.pair for one in _backward(block, now, named, [], SETTINGS)[1]] == [HEAT, SPEED]
+    assert [one.pair for one in _backward(now, named, [], SETTINGS)[1]] == [HEAT, SPEED]
     # A fit that ended below the one without a law says nothing against the law.
     stuck = replace(now, evidence=now.evidence - 1e4)
-    assert [one.pair for one in _backward(block, stuck, named[:1], [piston], SETTINGS)[1]] == [HEAT, piston.pair]
+    assert [one.pair for one in _backward(stuck, named[:1], [piston], SETTINGS)[1]] == [HEAT, piston.pair]
 
 
 @pytest.mark.parametrize(("share", "tied"), [(0.6, True), (0.4, False)])
 def test_both_laws_over_the_rate_are_tied_where_each_explains_most_of_the_other(share: float, tied: bool) -> None:
-    friction, flow, other = (_Tried(("piston rate", on), np.full(CLOSING, nats), coarse(HEAT)[1], 0, 5.0)
+    friction, flow, other = (_Tried(("piston rate", on), np.full(CLOSING, nats), coarse(HEAT)[1], 5.0)
                              for on, nats in (("direction", 10.0), ("piston rate", 10 * share), ("pressure", 9.0)))
     assert [one.pair for one in _alike(friction, [other, flow])] == [flow.pair] * tied
     assert _alike(other, [friction, flow]) == []
@@ -266,7 +259,7 @@ def test_both_laws_over_the_rate_are_tied_where_each_explains_most_of_the_other(
 
 def test_a_lag_that_changes_must_lead_other_laws() -> None:
     fitted = coarse(HEAT)[1]
-    law = _Tried(("piston rate", "pressure"), np.full(CLOSING, 10.0), fitted, 0, 5.0)
+    law = _Tried(("piston rate", "pressure"), np.full(CLOSING, 10.0), fitted, 5.0)
     for more, chosen in ((0.3, law.pair), (3.0, ("friction lag", "time"))):
-        lag = _Tried(("friction lag", "time"), law.gain + more, fitted, 0, 5.0)
+        lag = _Tried(("friction lag", "time"), law.gain + more, fitted, 5.0)
         assert _plainest([lag, law], SETTINGS).pair == chosen

@@ -131,7 +131,7 @@ def gains(latest: float) -> dict[tuple[str, str], tuple[float, CurvedFit]]:
     block, plain = clutch(latest)
     pairs = [*changing_lags(block), OF_FRICTION, ("clearance", "pressure")]
     return {linear.pair: (evidence_of(one) - evidence_of(plain), one)
-            for linear, one in fits_with_pairs(block, plain, SETTINGS, pairs)}
+            for linear, one in fits_with_pairs(plain, SETTINGS, pairs)}
 
 
 def test_a_lag_of_the_friction_is_found_over_what_it_depends_on_and_measured() -> None:
@@ -147,9 +147,9 @@ def test_a_lag_of_the_friction_is_found_over_what_it_depends_on_and_measured() -
 
 
 def test_lags_that_change_are_not_asked_for_beside_another_law() -> None:
-    block, plain = clutch(LATEST)
-    assert OVER_SPEED in lags_beside(block, plain)
-    assert lags_beside(block, replace(plain, laws=(("clearance", "pressure"),))) == []
+    _, plain = clutch(LATEST)
+    assert OVER_SPEED in lags_beside(plain)
+    assert lags_beside(replace(plain, laws=(("clearance", "pressure"),))) == []
 
 
 def test_no_lag_gains_where_nothing_is_missing() -> None:
