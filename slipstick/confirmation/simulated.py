@@ -56,7 +56,7 @@ class SimulatedBench:
     signals in samples: a lag of a sensor and a late clock look alike, and neither is known without the other.
     """
 
-    name, signal, fine, wide = "simulation", "all signals", 0, False
+    name, signal, fine = "simulation", "all signals", 0
     finer: Mapping[Pair, int] = {}
     random: tuple[str, ...] = tuple(RANDOM)
 

@@ -51,8 +51,11 @@ class Block(Protocol):
     fine: int
     finer: Mapping[Pair, int]
 
+    def at(self, shared: np.ndarray) -> Self:
+        """The block at `shared` values (p,): another one."""
+
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
-        """The signal (n, k) at parameters `points` (n, q) under `laws`, without what is shared."""
+        """The signal (n, k) at parameters `points` (n, q) under `laws`, to which columns and noise then refer."""
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Derivatives (n, q, k) with respect to `points` and (n, p, k) with respect to the shared values."""
@@ -171,9 +174,6 @@ class SearchedBlock(Block, Protocol):
 
     def size(self, pair: Pair) -> int:
         """Number of coefficients of the law of a pair, without its columns."""
-
-    def at(self, shared: np.ndarray) -> Self:
-        """The block at `shared` values (p,)."""
 
     def part(self, points: np.ndarray, laws: Laws, rows: np.ndarray) -> np.ndarray:
         """The signal (n, k) of the engagements `rows` (n,) alone, at `points` (n, q)."""

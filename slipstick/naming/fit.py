@@ -14,7 +14,7 @@ import numpy as np
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.engine.linear_model import Fitted, estimate, marginalise
 from slipstick.naming.block import Block, Laws, Pair, changed, first_shared
-from slipstick.naming.linear_model import Columns, Joint, Part, columns_of, joined, part_of, predict
+from slipstick.naming.linear_model import Columns, Joint, Part, columns_of, joined, part_of
 from slipstick.numerics.threads import mapped
 
 _FIRST, _LEAST = 0.01**2, 1e-10  # variances of relative parameters: to begin with, and at least
@@ -142,17 +142,6 @@ def fit(block: Block, laws: tuple[Pair, ...] = (), start: BlockFit | None = None
     return fit_together([block], [laws], [replace(first_fit, noise=first_fit.block.noise(first_fit.points))])[0]
 
 
-@dataclass(frozen=True, eq=False)
-class _Place:
-    """Where a `block` is in a fit: `points` (n, q), `shared` (p,), and what it predicts there."""
-
-    block: Block
-    points: np.ndarray
-    shared: np.ndarray
-    predicted: np.ndarray
-    noise: BlockNoise
-
-
 def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], starts: Sequence[BlockFit | None],
                  iterations: int = _STEPS, rough: float = 0.0) -> list[BlockFit]:
     """Fit several blocks with `laws` each, from other fits on. Those that blocks share have the same coefficients.
@@ -178,8 +167,7 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
     begun = sum(start.fitted.posterior for start in starts if start is not None)
     for _ in range(iterations):
         each = [(now, *of_block) for of_block in zip(blocks, laws, now.points, now.shared, noises, strict=True)]
-        places, parts = zip(*mapped(lambda arguments: _about(*arguments), each), strict=True)
-        noises = [*(place.noise for place in places)]
+        there, predicted, noises, parts = zip(*mapped(lambda arguments: _about(*arguments), each), strict=True)
         joint = joined(parts, all_laws)
         now = now.complete(joint.places)
         # At the variances for which the step was made: with others the likelihood may rise or fall without a step.
@@ -199,7 +187,9 @@ def fit_together(blocks: Sequence[Block], laws: Sequence[tuple[Pair, ...]], star
         likelier = max(here, reached, key=attrgetter("posterior"))
         if likeliest is None or likelier.posterior > likeliest[0] - _SETTLED:
             alone = [likelier] if len(parts) == 1 else _alone(parts, joint, likelier)
-            likeliest = likelier.posterior, _fits(laws, places, now.values, alone)
+            values = [{law: now.values[law] for law in block_laws} for block_laws in laws]
+            likeliest = likelier.posterior, [BlockFit(*of_block) for of_block in zip(
+                there, laws, now.points, now.shared, values, alone, predicted, noises, strict=True)]
         if min(rise, promised) < max(_SETTLED, rough * (here.posterior - begun)):
             break
         halvings = 0
@@ -262,16 +252,10 @@ class _State:
 
 
 def _about(now: _State, block: Block, laws: tuple[Pair, ...], points: np.ndarray, shared: np.ndarray,
-           noise: BlockNoise | None) -> tuple[_Place, Part]:
-    """What a block predicts with the values of its laws, and its linear model there; with the noise if it is known."""
+           noise: BlockNoise | None) -> tuple[Block, np.ndarray, BlockNoise, Part]:
+    """The block with the values of its laws, what it predicts, its noise unless it is known, and its linear model."""
     held = now.held(laws)
-    block, predicted = predict(block, points, shared, held)
-    place = _Place(block, points, shared, predicted, noise or block.noise(points))
-    return place, part_of(block, columns_of(block, points, shared, held, predicted, laws), place.noise)
-
-
-def _fits(laws: Sequence[tuple[Pair, ...]], places: Sequence[_Place], values: Mapping[Pair, np.ndarray],
-          fitted: Sequence[Fitted]) -> list[BlockFit]:
-    return [BlockFit(place.block, block_laws, place.points, place.shared, {law: values[law] for law in block_laws},
-                     linear_fit, place.predicted, place.noise)
-            for block_laws, place, linear_fit in zip(laws, places, fitted, strict=True)]
+    there = block.at(shared)
+    predicted = there.base(points, held)
+    noise = noise or there.noise(points)
+    return there, predicted, noise, part_of(there, columns_of(there, points, shared, held, predicted, laws), noise)

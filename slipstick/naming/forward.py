@@ -57,7 +57,7 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
                 continue
             answer = _answer(choice, best, near, findings)
             fits |= answer.fits
-            touched |= answer.touched
+            touched |= {*best.blocks, *answer.fits}
             closed.update(answer.closed)
             findings += answer.findings
         if not touched:
@@ -66,9 +66,8 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
 
 
 class _Answer(NamedTuple):
-    """What comes of a pair: the blocks that are `touched`, their new `fits`, those that are `closed`, and a finding."""
+    """What comes of a pair: the `fits` of the blocks that it concerns, those that are `closed`, and a finding."""
 
-    touched: set[str]
     fits: Mapping[str, BlockFit]
     closed: Collection[str] = ()
     findings: Sequence[Finding] = ()
@@ -81,19 +80,16 @@ def _answer(choice: Choice, best: Gain, near: Sequence[Gain], findings: Sequence
     own = all(set(other.blocks) <= set(blocks) for other in near)
     if not own or _left([fits[name] for name in blocks]) >= _least(blocks, findings, settings):
         finding, chosen_fits = choice.settled(best, near)
-        blocks, gain = finding.blocks, finding.gain
+        blocks, gain, pair = finding.blocks, finding.gain, finding.pair
         # With the resolution that the pair needs it is tried again, if it is not named now.
-        fits = {**fits, **{name: fits[name].resolved({finding.pair: chosen_fits[name].block.finer[finding.pair]})
-                           for name in blocks}}
+        fits = {**fits, **{name: fits[name].resolved({pair: chosen_fits[name].block.finer[pair]}) for name in blocks}}
     finer = finer_fits(fits, blocks, settings, gain)
     if finer is not None:
-        return _Answer({*best.blocks, *finer}, finer)
-    touched = {*best.blocks, *chosen_fits}
+        return _Answer(finer)
     if finding is None or not is_enough_with(fits, chosen_fits, finding, settings) or (
             finding.nats < _least(blocks, findings, settings)):
-        return _Answer(touched, fits, set(best.blocks))
-    complete = {name for name in blocks if len(chosen_fits[name].laws) >= settings.most}
-    return _Answer(touched, chosen_fits, complete, [finding])
+        return _Answer({name: fits[name] for name in chosen_fits}, best.blocks)
+    return _Answer(chosen_fits, [name for name in blocks if len(chosen_fits[name].laws) >= settings.most], [finding])
 
 
 def _least(blocks: Collection[str], findings: Sequence[Finding], settings: NamingSettings) -> float:

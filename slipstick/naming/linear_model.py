@@ -25,20 +25,6 @@ _AT_ONCE = 8
 """Engagements whose columns are whitened at a time, so that they stay in the cache."""
 
 
-def predict(block: Block, points: np.ndarray, shared: np.ndarray, laws: Laws) -> tuple[Block, np.ndarray]:
-    """The output (n, k) at parameters `points` (n, q) of the engagements and `shared` ones (p,).
-
-    It comes with the block at these values, to which columns and noise refer.
-    """
-    if hasattr(block, "at"):
-        there: Block = block.at(shared)
-        return there, there.base(points, laws)
-    total = block.base(points, laws)
-    if len(shared):
-        total = total + shared @ block.shared_columns(points, laws, total)
-    return block, np.asarray(total)
-
-
 def priors(block: Block) -> np.ndarray:
     """Precision (q + p,) of the normal priors of the means and of the shared parameters."""
     std = np.concatenate([block.random_std, block.fixed_std])

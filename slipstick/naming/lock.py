@@ -12,7 +12,7 @@ import scipy
 from slipstick.blocks.sensor_noise import added
 from slipstick.blocks.whitening import BlockNoise
 from slipstick.naming import bases, sensor_errors
-from slipstick.naming.block import Laws, Pair
+from slipstick.naming.block import Laws, Pair, changed
 from slipstick.naming.law_map import LawMap, of_sensor, single
 from slipstick.naming.scene import Scene
 
@@ -42,13 +42,18 @@ class LockBlock:
         self.fixed_std = np.array([scene.step])
         self.widest = np.array([0.05])
         self.random_std = np.array([1e-6])  # a gear has teeth: the ratio is exact
+        self._shared = np.zeros(1)
+
+    def at(self, shared: np.ndarray) -> "LockBlock":
+        """The block with the delay of the clock, `shared` (1,) in s."""
+        return changed(self, _shared=shared)
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """g b * output speed and the laws, (n, k) in rad/s, at `points` (n, 1)."""
         total = self.scene.gear * points[:, :1] * self.output
         for pair, coefficients in laws:
             total = total + coefficients @ self.basis(pair, points, laws, total)
-        return np.asarray(total)
+        return np.asarray(total + self._shared @ self.shared_columns(points, laws, total))
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """That of both sensors."""

@@ -5,7 +5,6 @@ parameters, so that start values are searched (`search`) and its columns are fin
 """
 
 from collections.abc import Callable, Mapping
-from copy import copy
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -74,7 +73,8 @@ class ClutchBlock:
         self.counted = scene.slipping
         self.in_contact = Contact(*np.zeros((4, *pressure.shape)))
         self.modes: np.ndarray | None = None
-        self._set(0.0)
+        self.clock, self._inputs = 0.0, self._inputs_at(0.0)
+        self._sums: tuple[list[tuple[PistonLaw, bytes]], _Added] | None = None
         self.end = last_of(self.counted)
         self.fixed_std, self.bounds = np.array([scene.step]), np.array([[-np.inf], [np.inf]])
         self.widest = np.array([0.1, 0.2, 0.4, 0.3, 0.05, 0.05, 0.05])
@@ -92,22 +92,16 @@ class ClutchBlock:
 
     def _at_clock(self, clock: float) -> Self:
         self._known_laws()  # which both then have
-        other = copy(self)
-        other._set(clock)
-        return other
+        return changed(self, clock=clock, _inputs=self._inputs_at(clock), _sums=None)
 
-    def _set(self, clock: float) -> None:
-        self.clock = clock
-        self._sums: tuple[list[tuple[PistonLaw, bytes]], _Added] | None = None
-        self._inputs = (*self._pressed(clock), bases.delayed(self.slip, clock / self.scene.step))
-
-    def _pressed(self, clock: float) -> tuple[np.ndarray, np.ndarray]:
-        """The pressure in bar of `clock` s before, and its derivative in bar/s, (n, k) each."""
+    def _inputs_at(self, clock: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The pressure in bar of `clock` s before, its derivative in bar/s, and the slip, (n, k) each."""
+        late = clock / self.scene.step
+        slip = bases.delayed(self.slip, late)
         if clock and self.late is not None:
             pressure = self.late(clock)
-            return pressure, np.gradient(pressure, self.scene.time, axis=1)
-        late = clock / self.scene.step
-        return bases.delayed(self.pressure, late), bases.delayed(self.change, late)
+            return pressure, np.gradient(pressure, self.scene.time, axis=1), slip
+        return bases.delayed(self.pressure, late), bases.delayed(self.change, late), slip
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Torque (n, k) in N m as the sensor reads it, at `points` (n, q); 0 after the samples that are counted."""

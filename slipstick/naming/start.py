@@ -7,14 +7,14 @@ A block can be asked if the signals that it needs were measured.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 import scipy
 
 from slipstick.blocks.sensor_noise import Noise, in_common, noise_of
 from slipstick.naming.asked import Ask, Asked
-from slipstick.naming.block import changed
+from slipstick.naming.block import Block, changed
 from slipstick.naming.contact import LONG_WAIT, WAIT, ContactBlock, OnsetBlock
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import BlockFit, fit
@@ -31,8 +31,6 @@ from slipstick.naming.search import retimed, search
 from slipstick.naming.selection import Finding, is_unexplained
 from slipstick.naming.valve import ValveBlock
 from slipstick.recordings.signals import open_blocks
-
-Linear = TypeVar("Linear", ValveBlock, LoadBlock, InputBlock)
 
 _AVERAGED = 4.0  # samples, of a torque that only serves the columns of other blocks
 
@@ -119,16 +117,8 @@ def begin(scene: Scene, ask: Ask, known: Onset | None = None, keep: Callable[[St
         fits, findings = forward({"valve": bare}, scene.settings, ask, "valve")
         valve = bare, fits["valve"]
         keep(Start(valve, findings, None, {}, scene.noise))
-        valve_block = valve[1].block
-        assert isinstance(valve_block, ValveBlock)
-        late = partial(valve_block.pressure, valve[1].points, valve[1].held)
-        pressure = late()
-        modes = valve_block.modes(valve[1].points, valve[1].held, valve[1].fitted.spread)
-        left, profiles = valve_block.measured - valve[1].predicted, scene.recordings.conditions.current_profile
-        # Only where it lacks something: an error that is estimated where there is none costs friction laws power.
-        lacks = valve[1].laws or is_unexplained(valve[1].chi2, valve[1].chi2, scene.settings)
-        scene = replace(scene.explained("pressure", pressure),
-                        pressure_error=in_common(left, profiles) if lacks else (0.0, 0.0), pressure_modes=modes)
+        scene, late = _with_pressure(scene, valve[1])
+        pressure = scene.smooth["pressure"]
     if "clutch" in can:
         ask(Asked("onset", ("clutch",)))
         rough = _rough(scene, pressure, late, known)
@@ -151,12 +141,14 @@ def begin(scene: Scene, ask: Ask, known: Onset | None = None, keep: Callable[[St
         parameters, converter = parameters_of(fits), converter_of(fits, scene.bench.physics.curves)
         scene = scene.explained("output_torque", scene.model_torque(torque, parameters, converter))
     if "load" in can:
-        scene, load_block, fits["load"] = _again(LoadBlock, scene)
+        scene, fits["load"] = _again(LoadBlock, scene)
     if "input" in can:
-        scene, _, fits["input"] = _again(InputBlock, scene)
+        scene, fits["input"] = _again(InputBlock, scene)
     if "lock" in can:
         ask(Asked("lock", ("lock",)))
-        fits["lock"] = fit(LockBlock(scene, load_block.clean(fits["load"].points)))
+        load = fits["load"].block
+        assert isinstance(load, LoadBlock)
+        fits["lock"] = fit(LockBlock(scene, load.clean(fits["load"].points)))
     if closing_piston is not None:
         ask(Asked("contact", ("contact",)))
         onset = closing_piston.onset
@@ -165,14 +157,26 @@ def begin(scene: Scene, ask: Ask, known: Onset | None = None, keep: Callable[[St
     return Start(valve, findings, closing_piston, fits, scene.noise)
 
 
-def _again(kind: type[Linear], scene: Scene) -> tuple[Scene, Linear, BlockFit]:
-    """A block of a scene whose noise is known and its fit, and the scene with the speed that it explains."""
+def _with_pressure(scene: Scene, valve: BlockFit) -> tuple[Scene, Late]:
+    """The scene with the pressure that the valve explains, and how far; and what it was some time before."""
+    block = valve.block
+    assert isinstance(block, ValveBlock)
+    left, profiles = block.measured - valve.predicted, scene.recordings.conditions.current_profile
+    # Only where it lacks something: an error that is estimated where there is none costs friction laws power.
+    lacks = valve.laws or is_unexplained(valve.chi2, valve.chi2, scene.settings)
+    scene = replace(scene.explained("pressure", block.pressure(valve.points, valve.held)),
+                    pressure_error=in_common(left, profiles) if lacks else (0.0, 0.0),
+                    pressure_modes=block.modes(valve.points, valve.held, valve.fitted.spread))
+    return scene, partial(block.pressure, valve.points, valve.held)
+
+
+def _again(kind: Callable[[Scene], Block], scene: Scene) -> tuple[Scene, BlockFit]:
+    """A fit of a block of a scene whose noise is known, and the scene with the speed that it explains."""
     block_fit = fit(kind(scene))
-    assert isinstance(block_fit.block, kind)
-    return _explained(scene, block_fit), block_fit.block, block_fit
+    return _explained(scene, block_fit), block_fit
 
 
-def _first(kind: type[Linear], scene: Scene) -> tuple[Scene, BlockFit]:
+def _first(kind: Callable[[Scene], Block], scene: Scene) -> tuple[Scene, BlockFit]:
     """A first fit of a block, and the scene with what it says of its signal: the noise that it leaves, and the speed.
 
     Laws of torques over a speed depend on the one that the first fit explains. The smoothed measured one shares noise

@@ -8,7 +8,7 @@ from slipstick.naming import load
 from slipstick.naming.block import Laws, Pair
 from slipstick.naming.drive import KNOTS, Drive
 from slipstick.naming.input import InputBlock
-from slipstick.naming.linear_model import columns_of, predict
+from slipstick.naming.linear_model import columns_of
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.scene import Scene
 from tests.benches import HEAVY
@@ -59,11 +59,12 @@ def test_columns_are_derivatives_where_parameters_and_conditions_are_off(
     points = np.tile([*[0.05] * moved, *[0.0] * (len(block.random) - moved)], (COUNT, 1))
     shared = np.concatenate([[1.5 * scene.step], np.full(len(block.fixed) - 1, 0.02)])
     held = list(laws.items())
-    there, predicted = predict(block, points, shared, held)
+    there = block.at(shared)
+    predicted = there.base(points, held)
     columns = columns_of(there, points, shared, held, predicted, list(laws))
 
     def off(column: np.ndarray, points: np.ndarray, shared: np.ndarray, laws: Laws) -> float:
-        change = (predict(block, points, shared, laws)[1] - predicted)[block.counted] / STEP
+        change = (block.at(shared).base(points, laws) - predicted)[block.counted] / STEP
         return float(np.linalg.norm(column[block.counted] - change) / np.linalg.norm(change))
 
     for j, step in enumerate(STEP * np.eye(len(shared))):

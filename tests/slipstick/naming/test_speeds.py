@@ -10,7 +10,6 @@ from slipstick.clutch.model import Model
 from slipstick.naming.evidence import gains, table
 from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.input import InputBlock
-from slipstick.naming.linear_model import predict
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.piston import ClutchBlock
 from slipstick.naming.scene import Scene
@@ -54,7 +53,7 @@ def test_explained_speeds_do_not_depend_on_what_was_predicted_last(plain: tuple[
     assert start.closing is not None
     before = start.closing.with_explained_speeds(start.fits).scene.smooth
     for name in ("load", "input"):
-        predict(start.fits[name].block, start.fits[name].points + 0.1, start.fits[name].shared, ())
+        start.fits[name].block.at(start.fits[name].shared).base(start.fits[name].points + 0.1)
     after = start.closing.with_explained_speeds(start.fits).scene.smooth
     for name in ("output_speed", "input_speed"):
         np.testing.assert_array_equal(after[name], before[name])

@@ -33,7 +33,6 @@ class Line:
     signal: str = "any"
     scene: Any = field(default_factory=lambda: SimpleNamespace(of_runs=(), channels=()))
     fine: int = 9
-    wide: bool = False
     finer: Mapping[Pair, int] = field(default_factory=dict)
     random: tuple[str, ...] = ("slope",)
     fixed: tuple[str, ...] = ()
@@ -44,6 +43,9 @@ class Line:
     @property
     def counted(self) -> np.ndarray:
         return np.ones(self.measured.shape, bool)
+
+    def at(self, shared: np.ndarray) -> "Line":
+        return self
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         return (1 + points) * TIME + sum(c[0] * np.sin(WAVES[pair] * TIME) for pair, c in laws)
