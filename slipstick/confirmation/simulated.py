@@ -73,7 +73,9 @@ class SimulatedBench:
         self.measured, self.counted = traces.measured, traces.counted
         self.fixed: tuple[str, ...] = (*(f"{unknown.term}: {unknown.name}" for unknown in terms.unknowns),
                                        *(f"clock of {signal}" for signal in traces.signals))
-        self.random_std, scatter = (np.array(values) for values in zip(*RANDOM.values(), strict=True))
+        known, scatter = (np.array(values) for values in zip(*RANDOM.values(), strict=True))
+        self.freed = traces.freed
+        self.random_std = np.where([name in self.freed for name in self.random], np.inf, known)
         self.widest = scatter if widest is None else widest
         self.coefficients = slice(len(terms.unknowns))
         self.clocks = slice(len(terms.unknowns), len(self.fixed))

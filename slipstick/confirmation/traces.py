@@ -8,7 +8,7 @@ are independent with unit variance. Means of `WIDTH` of them, times the root of 
 effects that last longer. The filter is linear: residuals and derivatives are those of filtered signals.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -38,7 +38,7 @@ class Traces:
     noise, which third differences only tell roughly: 1 at first, then what a fit leaves. `clocks` are delays of the
     signals' clocks in s, at which fits begin, and `converter` is that of the bench with the errors of its curve.
     `conditions` are those that are simulated: as the blocks have measured them in each engagement, which stated levels
-    may be off by per cents.
+    may be off by per cents. Parameters that are `freed` are known from a data sheet, and yet determined by the fits.
     """
 
     scene: Scene
@@ -48,14 +48,16 @@ class Traces:
     clocks: dict[str, float]
     converter: Converter
     conditions: Conditions
+    freed: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, scene: Scene, clocks: dict[str, float], converter: Converter,
-           conditions: Conditions | None = None) -> "Traces":
+           conditions: Conditions | None = None, freed: Collection[str] = ()) -> "Traces":
         """The rows of the recordings of a scene, with `conditions` other than the stated ones where they are known."""
         conditions = scene.recordings.conditions if conditions is None else conditions
         noise = dict.fromkeys((*scene.smooth, TIME), 1.0)
-        blank = cls(scene, np.zeros((0, 0)), np.zeros((0, 0), bool), noise, clocks, converter, conditions)
+        blank = cls(scene, np.zeros((0, 0)), np.zeros((0, 0), bool), noise, clocks, converter, conditions,
+                    tuple(freed))
         signals = {name: scene.measured(name) for name in blank.signals}
         near_lock = ~(scene.slipping | scene.locked)
         counted = []

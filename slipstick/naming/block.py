@@ -33,6 +33,7 @@ class Block(Protocol):
     - `random` (q names): parameters that differ between engagements, with a common mean; `fixed` (p names): shared.
     - `random_std` (q,), `fixed_std` (p,): prior standard deviations of the means and of the shared values; infinite
       for parameters that the recordings must determine.
+    - `freed`: those that a data sheet gives, but that recordings determine as well.
     - `widest` (q,): largest standard deviation of a parameter over engagements.
     - `fine`: number of knots of a law over a signal.
     - `finer`: how many times the resolution of a law is doubled; 0 for those that it does not have.
@@ -46,6 +47,7 @@ class Block(Protocol):
     random: tuple[str, ...]
     fixed: tuple[str, ...]
     random_std: np.ndarray
+    freed: tuple[str, ...]
     fixed_std: np.ndarray
     widest: np.ndarray
     fine: int

@@ -13,6 +13,7 @@ from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fineness import finer_while
 from slipstick.naming.law_map import refined
 from slipstick.naming.piston_laws import OVER_RATE
+from slipstick.naming.released import contest, release_piston
 from slipstick.naming.restarts import evidence_of, from_common, settled
 from slipstick.naming.search import retimed
 from slipstick.naming.selection import (
@@ -99,7 +100,7 @@ def closing(start: CurvedFit, settings: NamingSettings, ask: Ask = lambda _: Non
                 continue
         if not enough or enough[0].nats < settings.further * max(nats, sum(finding.nats for finding in findings)):
             break
-        best = _plainest(enough, settings)
+        best, without = _plainest(enough, settings), now
         now = best.fit
         sensors = [(trial.gain + elsewhere(trial.fit), OF_SENSOR) for trial in enough if trial.pair == OF_FRICTION]
         alike = _alike(best, tried)
@@ -109,8 +110,17 @@ def closing(start: CurvedFit, settings: NamingSettings, ask: Ask = lambda _: Non
         tied += tuple(Rival(trial.pair, trial.nats, in_errors(best.gain - trial.gain)) for trial in alike)
         others = [Rival(pair, float(gain.sum()), in_errors(best.gain - gain))
                   for gain, pair in [*((trial.gain, trial.pair) for trial in apart), *sensors]]
-        findings.append(Finding(("clutch",), best.pair, best.gain, tied, next_best(best.pair, others),
-                                best.expected, best.agreement))
+        finding = Finding(("clutch",), best.pair, best.gain, tied, next_best(best.pair, others), best.expected,
+                          best.agreement)
+        piston = release_piston(without, best.fit)
+        if piston is not None:
+            freed, released = piston
+            contested = contest(finding, released, settings)
+            if contested is None:  # the same pairs are tried about freed parameters
+                now = freed
+                continue
+            finding = contested
+        findings.append(finding)
     return _backward(now, named, findings, settings)
 
 

@@ -12,6 +12,7 @@ from slipstick.naming.choice import Choice
 from slipstick.naming.evidence import Gain, Table, gains, table
 from slipstick.naming.fit import BlockFit
 from slipstick.naming.full_fits import finer_fits, is_enough_with, refitted, rise_of, sharing
+from slipstick.naming.released import contest, correct, release
 from slipstick.naming.selection import (
     Finding,
     is_enough,
@@ -62,7 +63,8 @@ def forward(fits: Mapping[str, BlockFit], settings: NamingSettings, ask: Ask = l
             findings += answer.findings
         if not touched:
             break
-    return _backward(fits, findings, settings)
+    fits, findings = _backward(fits, findings, settings)
+    return correct(fits, settings), findings
 
 
 class _Answer(NamedTuple):
@@ -89,6 +91,11 @@ def _answer(choice: Choice, best: Gain, near: Sequence[Gain], findings: Sequence
     if finding is None or not is_enough_with(fits, chosen_fits, finding, settings) or (
             finding.nats < _least(blocks, findings, settings)):
         return _Answer({name: fits[name] for name in chosen_fits}, best.blocks)
+    released = release(choice.fits, blocks)
+    if released is not None:
+        finding = contest(finding, released, settings)
+        if finding is None:  # the same pairs are compared about freed parameters, in the next round
+            return _Answer(released.fits)
     return _Answer(chosen_fits, [name for name in blocks if len(chosen_fits[name].laws) >= settings.most], [finding])
 
 

@@ -37,6 +37,7 @@ class InputBlock:
     """
 
     name, signal = "input", "input_speed"
+    freed: tuple[str, ...] = ()
     random: tuple[str, ...] = ("input_inertia", "input_coulomb", "input_viscous", "motor_speed", "lock_up", "start")
 
     def __init__(self, scene: Scene) -> None:

@@ -47,6 +47,7 @@ class LoadBlock:
     """
 
     name, signal = "load", "output_speed"
+    freed: tuple[str, ...] = ()
     random: tuple[str, ...] = ("output_viscous", "brake_torque", "load_inertia", "lock_up", "breakaway")
 
     def __init__(self, scene: Scene) -> None:

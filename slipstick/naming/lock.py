@@ -29,6 +29,7 @@ class LockBlock:
     """Difference of both speeds after lock-up; its parameter is the gear ratio."""
 
     name, signal = "lock", "input_speed"
+    freed: tuple[str, ...] = ()
     random: tuple[str, ...] = ("gear_ratio",)
     fixed: tuple[str, ...] = ("clock",)
 

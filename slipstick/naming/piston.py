@@ -56,6 +56,7 @@ class ClutchBlock:
     """
 
     name, signal, follows_chords = "clutch", "output_torque", False
+    freed: tuple[str, ...] = ()
     random: tuple[str, ...] = OWN
     fixed: tuple[str, ...] = ("clock",)
 

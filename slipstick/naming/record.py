@@ -24,6 +24,7 @@ def to_json(naming: Naming) -> dict[str, Any]:
         "measured": [law.to_dict() for law in naming.measured.values()],
         "parameters": {name: values.tolist() for name, values in naming.parameters.items()},
         "clocks": naming.clocks, "converter": naming.converter.spec(),
+        "beyond": {name: list(change) for name, change in naming.beyond.items()},
         "noise": {name: list(noise) for name, noise in naming.noise.items()}, "seconds": naming.seconds,
         "is_complete": naming.is_complete}
 
@@ -43,6 +44,7 @@ def from_json(values: dict[str, Any]) -> Naming:
                   {law.pair: law for law in laws},
                   {name: np.array(column) for name, column in values["parameters"].items()}, values["clocks"],
                   Converter.from_spec(values["converter"]),
+                  {name: (change, error) for name, (change, error) in values.get("beyond", {}).items()},
                   {name: (std, rho) for name, (std, rho) in values["noise"].items()}, values["seconds"],
                   values.get("is_complete", True))
 

@@ -21,6 +21,7 @@ from slipstick.naming.fit import BlockFit
 from slipstick.naming.forward import forward
 from slipstick.naming.measured import LawPoints, measure_laws
 from slipstick.naming.parameters import clocks_of, converter_of, parameters_of
+from slipstick.naming.released import find_beyond
 from slipstick.naming.scene import Scene
 from slipstick.naming.selection import Finding, is_unexplained
 from slipstick.naming.set_aside import bare, foreign, implausible, outlying, own_noise
@@ -45,10 +46,11 @@ class Naming:
     worse than the others there with all findings, and yet used. `chi_square` is the reduced chi-square of every block
     with its findings, 1 where nothing is left but noise. `measured` has the law of each pair as values with units.
     `parameters` (n,) of the engagements that are not set aside are relative to nominal, `clocks` are the delays of the
-    signals' clocks in s, and `converter` is that of the bench with the errors of its curve. `noise` has standard
-    deviation and autocorrelation of the noise of each signal. `seconds` is the time that it took. Where no block has
-    the signals at both of its ends, there is nothing but the noise and the converter. Unless it `is_complete`, more was
-    about to be asked, by which all of it may change.
+    signals' clocks in s, and `converter` is that of the bench with the errors of its curve. `beyond` has the mean
+    change of each known parameter that is beyond what was known of it, and its standard error, relative to nominal.
+    `noise` has standard deviation and autocorrelation of the noise of each signal. `seconds` is the time that it took.
+    Where no block has the signals at both of its ends, there is nothing but the noise and the converter. Unless it
+    `is_complete`, more was about to be asked, by which all of it may change.
     """
 
     findings: tuple[Finding, ...]
@@ -60,6 +62,7 @@ class Naming:
     parameters: dict[str, np.ndarray]
     clocks: dict[str, float]
     converter: Converter
+    beyond: dict[str, tuple[float, float]]
     noise: dict[str, Noise]
     seconds: float
     is_complete: bool = True
@@ -82,7 +85,8 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     ask(Asked("engagements"))
     whole = scene_of(bench, recordings, settings)
     if not open_blocks(tuple(whole.smooth)):
-        return Naming((), (), (), {}, {}, {}, {}, {}, bench.physics.curves, whole.noise, time.perf_counter() - began)
+        return Naming((), (), (), {}, {}, {}, {}, {}, bench.physics.curves, {}, whole.noise,
+                      time.perf_counter() - began)
     plain = bare(whole)
     believed = np.flatnonzero(~foreign(whole, plain))
     kept = believed[~implausible(whole.take(believed), plain if len(believed) == len(whole) else ())]
@@ -93,7 +97,8 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
                       _find_unexplained(start, all_fits, settings), _find_outlying(now.kept, all_fits, settings),
                       {key: float(fit.chi2.mean()) for key, fit in all_fits.items()},
                       measure_laws(all_fits), parameters_of(all_fits), clocks_of(all_fits),
-                      converter_of(all_fits, bench.physics.curves), start.noise, time.perf_counter() - began)
+                      converter_of(all_fits, bench.physics.curves), find_beyond(all_fits), start.noise,
+                      time.perf_counter() - began)
 
     def keep_part(now: _Linear) -> None:
         if keep is not None:

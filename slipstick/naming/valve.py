@@ -44,6 +44,7 @@ class ValveBlock:
     """
 
     name, signal = "valve", "pressure"
+    freed: tuple[str, ...] = ()
     random: tuple[str, ...] = ("current_delay", "current_bias", "current_gain")
     fixed: tuple[str, ...] = ("clock",)
 

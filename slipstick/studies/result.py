@@ -113,6 +113,20 @@ class MeasuredCondition:
 
 
 @dataclass(frozen=True)
+class BeyondParameter:
+    """A parameter that a data sheet gives, and that the recordings put beyond what is known of it."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = DOCUMENTED
+
+    name: str
+    """Name of the parameter."""
+    change: float
+    """Its mean by the blocks, relative to its nominal value, as a difference."""
+    error: float
+    """Standard error of this change."""
+
+
+@dataclass(frozen=True)
 class SimulationResult:
     """A fit of the simulation of the whole bench to all signals."""
 
@@ -189,6 +203,8 @@ class StudyResult:
     shifting times alone."""
     partial: Partial | None = None
     """What is complete and what is missing, if the time budget ended before the study; null if it is complete."""
+    beyond: list[BeyondParameter] = field(default_factory=list)
+    """Parameters that are not what the bench states, which explains the recordings better than any law does."""
 
     def to_dict(self) -> dict[str, Any]:
         """The result as JSON."""

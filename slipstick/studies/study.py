@@ -41,6 +41,7 @@ from slipstick.studies.figures import Figures, figures, figures_without_fits
 from slipstick.studies.findings import AnsweredFinding, answer_findings, finding_result, remainder, unconfirmed_result
 from slipstick.studies.progress import Log, StudySteps
 from slipstick.studies.result import (
+    BeyondParameter,
     BlockResult,
     Control,
     FindingResult,
@@ -107,13 +108,14 @@ def conclude(settings: StudySettings, bench: Bench, recordings: Recordings, name
         predictions = {"before": predict(before, settings.seed)}
     kind = "several" if len(results) > 1 else results[0].kind if results else \
         "unlisted" if naming.lacking or rest.misfits else "none"
+    beyond = [BeyondParameter(name, *change) for name, change in naming.beyond.items()]
     answer = sentence(results, naming.unexplained, naming.outlying, left_over, bool(naming.chi_square),
-                      traces.scene.missing, rest.misfits, rest.explanations)
+                      traces.scene.missing, rest.misfits, rest.explanations, beyond)
     result = Result(
         kind, answer, results, _block_results(naming, results), list(naming.set_aside), _simulation(before),
         _simulation(after), gap, len(traces.scene), _noise(traces.scene), recordings.digest, settings.digest,
         rest.closed, traces.scene.unused, list(by_level(traces.scene.recordings.conditions, traces.conditions)),
-        left_over, rest.explanations, rest.times)
+        left_over, rest.explanations, rest.times, beyond=beyond)
     return result, figures(before, after if is_extended else None, predictions,
                            recordings.conditions.take(list(naming.set_aside)))
 
@@ -203,10 +205,10 @@ def _traces(settings: StudySettings, bench: Bench, recordings: Recordings,
     """The recordings that were not set aside, and the parameters (n, q) at which their simulations start."""
     scene = _scene(settings, bench, recordings, naming)
     nominal = np.zeros(len(scene))
-    starts = [nominal if name in (*_NOMINAL_LOSSES, *CONDITIONS) else naming.parameters.get(name, nominal)
-              for name in RANDOM]
+    kept = {*_NOMINAL_LOSSES, *CONDITIONS}.difference(naming.beyond)
+    starts = [nominal if name in kept else naming.parameters.get(name, nominal) for name in RANDOM]
     conditions = with_measured(scene.recordings.conditions, naming.parameters)
-    return Traces.of(scene, naming.clocks, naming.converter, conditions), np.stack(starts, axis=1)
+    return Traces.of(scene, naming.clocks, naming.converter, conditions, naming.beyond), np.stack(starts, axis=1)
 
 
 def _scene(settings: StudySettings, bench: Bench, recordings: Recordings, naming: Naming) -> Scene:

@@ -3,15 +3,18 @@
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
+from slipstick.bench.parameters import PARAMETERS, index
 from slipstick.clutch import effects
 from slipstick.confirmation.explanations import Explanation
 from slipstick.naming.block import Pair
+from slipstick.naming.released import VALUE
 from slipstick.studies.finding import Contested
-from slipstick.studies.result import FindingResult, Remainder
+from slipstick.studies.result import BeyondParameter, FindingResult, Remainder
 
 _FORMS = {"lag": "lag of the {0}", "offset": "offset of the {0}", "gain": "gain error of the {0}",
           "past current": "{0} that depends on the past of the current",
-          "direction": "{0} that depends on the direction of motion", "twist": "twist of the shafts by the {0}"}
+          "direction": "{0} that depends on the direction of motion", "twist": "twist of the shafts by the {0}",
+          VALUE: "another value of the {0}"}
 SIGNALS = {"valve": "current → pressure", "contact": "pressure, slip → torque in full contact",
            "clutch": "pressure, speeds → torque while the plates close", "load": "torque → output speed",
            "input": "torque → input speed", "lock": "output speed → input speed after lock-up"}
@@ -31,12 +34,13 @@ def title(pair: Pair, effect: str | None) -> str:
 def sentence(findings: Sequence[FindingResult], unexplained: Sequence[str],
              outlying: Mapping[str, Sequence[int]] = MappingProxyType({}), remainders: Sequence[Remainder] = (),
              any_tested: bool = True, missing: Sequence[str] = (), misfits: Sequence[str] = (),
-             explanations: Sequence[Explanation] = ()) -> str:
+             explanations: Sequence[Explanation] = (), beyond: Sequence[BeyondParameter] = ()) -> str:
     """The answer.
 
     Where nothing was found, it has the engagements that are `outlying` in a block and yet used. Signals are `missing`
     without which some blocks could not be tested, or none. `misfits` are the signals, or the shifting time, in which
     the simulation leaves a misfit that the tested blocks do not explain, and `explanations` would explain it.
+    Parameters `beyond` what is known of them are not what the bench states.
     """
     answer = _describe_findings(findings, unexplained, outlying)
     answer += "".join(_describe_remainder(remainder) for remainder in remainders)
@@ -44,6 +48,7 @@ def sentence(findings: Sequence[FindingResult], unexplained: Sequence[str],
         absent = f"Something is missing that shows in the {_join_words(misfits)}"
         absent += ", but in no block that could be tested" if any_tested else ""
         answer = (absent if answer == NOTHING else f"{answer}. {absent}") + _describe_explanations(explanations)
+    answer += "".join(_describe_beyond(parameter) for parameter in beyond)
     if not missing:
         return answer
     if not any_tested and answer == NOTHING:
@@ -116,6 +121,11 @@ def tell_others(finding: Contested, findings: Sequence[Contested], titles: Seque
 
 def _quote_blocks(blocks: Sequence[str]) -> str:
     return " and ".join(f"“{SIGNALS[block]}”" for block in blocks)
+
+
+def _describe_beyond(parameter: BeyondParameter) -> str:
+    size = f"{100 * abs(parameter.change):.3g} % {'larger' if parameter.change > 0 else 'smaller'}"
+    return f". The {PARAMETERS[index(parameter.name)].meaning} is {size} than the bench states"
 
 
 def _describe_remainder(remainder: Remainder) -> str:

@@ -6,7 +6,7 @@ The intervals are those of the numbers in the report: of a gain or a lead in its
 import scipy
 
 from slipstick.pictures import theme
-from slipstick.pictures.study.words import effect_title, within
+from slipstick.pictures.study.words import name_candidate
 from slipstick.pictures.theme import Spec
 from slipstick.studies.figures import Figures
 from slipstick.studies.result import Candidate, FindingResult, StudyResult
@@ -29,7 +29,7 @@ def draw(result: StudyResult, _: Figures, settings: StudySettings) -> Spec | Non
     rows = []
     for finding in result.findings:
         rows.append(_row(finding.title, finding.errors, settings.naming.errors, _GAIN))
-        rows += [_row(f"lead over {_name(other)}", other.behind, settings.naming.apart, _LEAD)
+        rows += [_row(f"lead over {name_candidate(other)}", other.behind, settings.naming.apart, _LEAD)
                  for other in _list_others(finding)]
     if len(rows) == len(result.findings):
         return None
@@ -62,10 +62,6 @@ def _row(label: str, value: float, least: float, series: str) -> Spec:
     half = float(scipy.special.ndtri(0.95))
     return {"label": label, "value": theme.rounded(value), "low": theme.rounded(value - half),
             "high": theme.rounded(value + half), "least": least, "series": series if value >= least else _SHORT}
-
-
-def _name(rival: Candidate) -> str:
-    return within(effect_title(rival.effect)) if rival.effect else f"{rival.quantity} over {rival.depends_on}"
 
 
 def _intervals(rows: list[Spec], x: Spec, colours: dict[str, str]) -> Spec:

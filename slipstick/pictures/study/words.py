@@ -1,6 +1,7 @@
 """Names of models and findings in pictures and reports."""
 
 from slipstick.clutch import effects
+from slipstick.naming.released import VALUE
 from slipstick.pictures import theme
 from slipstick.studies.finding import Candidate, Changed, FindingResult, Remainder
 from slipstick.studies.result import StudyResult
@@ -18,6 +19,15 @@ def within(title: str) -> str:
 def effect_title(name: str) -> str:
     """The title of an effect; its name if the catalogue does not have it any more."""
     return next((effect.title for effect in effects.CATALOGUE if effect.name == name), theme.in_words(name))
+
+
+def name_candidate(candidate: Candidate) -> str:
+    """What may be missing in words, for use within a sentence: an effect, a pair, or a value that is another one."""
+    if candidate.effect:
+        return within(effect_title(candidate.effect))
+    if candidate.depends_on == VALUE:
+        return f"another value of the {candidate.quantity}"
+    return f"{candidate.quantity} over {candidate.depends_on}"
 
 
 def subject(finding: Changed) -> str:

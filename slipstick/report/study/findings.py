@@ -4,7 +4,7 @@ import math
 
 from slipstick.pictures.study.evidence import CERTAIN
 from slipstick.pictures.study.law import headline, remarks
-from slipstick.pictures.study.words import effect_title, within
+from slipstick.pictures.study.words import effect_title, name_candidate, within
 from slipstick.pictures.theme import in_words
 from slipstick.pictures.units import number, signed
 from slipstick.report.study.parts import Entries, Items, Note, Part, Section, Table
@@ -84,7 +84,7 @@ def _evidence(finding: FindingResult, result: StudyResult, least: float) -> Entr
 
 
 def _describe_rival(other: Candidate) -> str:
-    return (f"{_name(other.effect, other.quantity, other.depends_on)} ({other.nats:.0f} nats, "
+    return (f"{name_candidate(other)} ({other.nats:.0f} nats, "
             f"{tell_distance(other.behind)})")
 
 
@@ -155,7 +155,3 @@ def _row(experiment: FurtherExperiment) -> tuple[str, ...]:
             f"{experiment.brake_torque:.4g}", "yes" if experiment.recorded else "no", number(experiment.apart, 2),
             in_words(experiment.signal),
             "more than 1000" if experiment.repetitions is None else str(experiment.repetitions))
-
-
-def _name(effect: str | None, quantity: str, depends_on: str) -> str:
-    return within(effect_title(effect)) if effect else f"{quantity} over {depends_on}"

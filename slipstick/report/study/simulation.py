@@ -103,8 +103,8 @@ def lead(result: StudyResult, settings: StudySettings) -> str:
                 f"no more than noise: reduced chi-square is {min(chi_square):.2f} to {max(chi_square):.2f}, and 1 "
                 "is expected. No change of any quantity with anything gains the "
                 f"{number(settings.naming.nats)} nats and {number(settings.naming.errors)} standard errors that a "
-                "finding needs. The model of the bench describes these recordings; an effect that gains less remains "
-                "unseen.")
+                f"finding needs. The model of the bench{', once corrected,' * bool(result.beyond)} describes these "
+                "recordings; an effect that gains less remains unseen.")
     if not result.findings and all(block.is_explained for block in result.blocks):
         return "To find where it is missing, record the signals that are lacking."
     if not result.findings:

@@ -7,7 +7,7 @@ from slipstick.clutch.effects import Effect
 from slipstick.law_files import FORMATS, LawTable, write_law
 from slipstick.pictures.conditions import described
 from slipstick.pictures.study.law import describe_change, describe_range, headline
-from slipstick.pictures.study.words import argument, effect_title, within
+from slipstick.pictures.study.words import argument, effect_title, name_candidate, within
 from slipstick.pictures.theme import in_words
 from slipstick.pictures.units import number, scale, with_unit
 from slipstick.report.doubts import LARGE_CHI_SQUARE
@@ -39,6 +39,7 @@ def advise(result: StudyResult, figures: Figures, settings: StudySettings, cauti
     if result.gap is not None and not any(map(_leaves_much, result.blocks)):
         entries.append((say_take_over(len(result.findings)), "the other parameters of the extended model, in the table "
                         "of “The fitted simulation of the whole bench”: they were fitted beside the findings."))
+    entries += [("Correct the bench:", text) for text in _list_beyond(result, settings.level)]
     if tell_confidence(result):
         entries.append(("What it is worth:", lead(result, settings)))
     seen = [text for finding in result.findings if finding.law is not None
@@ -143,8 +144,7 @@ def _say_what(finding: FindingResult, result: StudyResult) -> tuple[str, str]:
     written = write_equation(finding, result)
     text = f"{name}, as the measured law of the {finding.quantity} over the {finding.depends_on}." \
         if written is None else f"{name}: {written}."
-    others = [within(effect_title(other.effect)) if other.effect else f"{other.quantity} over {other.depends_on}"
-              for other in finding.rivals]
+    others = [name_candidate(other) for other in finding.rivals]
     if finding.kind == "tie" and others:
         return "Do not add yet:", f"{text} Record first what tells it apart from {listed(others)}."
     return "Add:", text
@@ -177,6 +177,15 @@ def _advise_without(result: StudyResult) -> Entries:
                 if each is result.explanations[0] or each.tied]
         entries.append(("What may be missing:", f"{listed(best)}, by the simulation of the whole bench alone."))
     return entries
+
+
+def _list_beyond(result: StudyResult, level: float) -> list[str]:
+    """Return the values of parameters that are not what the bench states."""
+    names = {in_words(parameter.name) for parameter in result.beyond}
+    if result.after is None:
+        return []
+    return [f"{value.name} {value.text}{f' ({value.interval})' * bool(value.interval)} instead of {value.nominal}."
+            for value in values_of(result.after, level) if value.name in names]
 
 
 def _list_next(result: StudyResult) -> list[str]:

@@ -1,7 +1,7 @@
 """What limits the answer of this study, stated before anything else."""
 
 from slipstick.pictures.conditions import Columns, described
-from slipstick.pictures.study.words import effect_title, within
+from slipstick.pictures.study.words import effect_title, name_candidate, within
 from slipstick.pictures.theme import in_words
 from slipstick.pictures.units import number
 from slipstick.report.study.parts import Entries
@@ -57,8 +57,7 @@ def _warn_of_remainder(remainder: Remainder, result: StudyResult) -> tuple[str, 
 def _warn_of_finding(finding: FindingResult, has_others: bool) -> Entries:
     """Warnings of a finding that may be one of several."""
     entries: Entries = []
-    others = [within(effect_title(other.effect)) if other.effect else f"{other.quantity} over {other.depends_on}"
-              for other in finding.rivals]
+    others = [name_candidate(other) for other in finding.rivals]
     others += [within(effect_title(other.rival)) for other in finding.experiments]
     if others or finding.kind == "tie":
         rest = listed(list(dict.fromkeys(others))) if others else "another effect of the same quantity and dependence"

@@ -126,7 +126,7 @@ def test_a_naming_is_stored_with_all_that_its_findings_state() -> None:
     converter = Converter((0.0, 0.5, 1.0), (2.0, 1.5, 1.0), (10.0, 12.0, 20.0))
     found = Naming((one, bare), (3,), ("input",), {"load": (4, 17)}, {"load": 1.1}, {},
                    {"load_inertia": np.array([0.1, 0.2])},
-                   {"pressure": 0.001}, converter, {"pressure": (0.1, 0.3)}, 4.5)
+                   {"pressure": 0.001}, converter, {"input_inertia": (0.35, 0.01)}, {"pressure": (0.1, 0.3)}, 4.5)
     again = from_json(json.loads(json.dumps(to_json(found))))
     assert json.dumps(to_json(again)) == json.dumps(to_json(found))
     for before, after in zip(found.findings, again.findings, strict=True):

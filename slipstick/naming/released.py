@@ -1,0 +1,112 @@
+"""Parameters that a data sheet gives, and that are not what it says: the plainer explanation, which a law must beat.
+
+A parameter that is off changes its block as a law would. A law is therefore compared with the fit of the same blocks in
+which these parameters are as free as those that are calibrated.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+
+from slipstick.bench.parameters import PARAMETERS, index
+from slipstick.engine.linear_model import REACH
+from slipstick.naming.block import Block, changed
+from slipstick.naming.curved import CurvedFit, fit_curved
+from slipstick.naming.fit import BlockFit
+from slipstick.naming.full_fits import refitted, rise_of, sharing
+from slipstick.naming.mechanics import KNOWN
+from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, leads, priced
+from slipstick.naming.settings import NamingSettings
+
+AnyBlock = TypeVar("AnyBlock", bound=Block)
+VALUE = "value"
+"""What a parameter itself is said to be off by, in the place of what a law depends on."""
+
+
+@dataclass(frozen=True, eq=False)
+class Released:
+    """The fits of blocks with free parameters, and their priced `rise` (n,) in the likelihood."""
+
+    fits: Mapping[str, BlockFit]
+    rise: np.ndarray
+
+    def as_rival(self, finding: Finding) -> Rival:
+        """The parameter that is furthest from what was known of it, as a rival of a finding."""
+        changes = {name: abs(change) for fit in self.fits.values() for name, (change, _) in _changes_of(fit).items()}
+        quantity = PARAMETERS[index(max(changes, key=changes.__getitem__))].meaning
+        return Rival((quantity, VALUE), float(self.rise.sum()), in_errors(finding.gain - self.rise))
+
+
+def release(fits: Mapping[str, BlockFit], blocks: Sequence[str]) -> Released | None:
+    """The fits of these blocks with free parameters in the place of known ones; None where they have no known ones."""
+    together = {name: fits[name] for name in sharing(fits, blocks)}
+    starts = {name: replace(fit, block=_freed(fit.block)) for name, fit in together.items()}
+    count = sum(len(_list_known(fit.block)) for fit in together.values())
+    if not count:
+        return None
+    freed = refitted(starts, {name: fit.laws for name, fit in together.items()})
+    return Released(freed, _priced(rise_of(fits, freed), count))
+
+
+def release_piston(now: CurvedFit, other: CurvedFit) -> tuple[CurvedFit, Released] | None:
+    """The same of the closing piston, from its fit and from an `other` one, which has further laws; the fit first."""
+    count, block = len(_list_known(now.block)), _freed(now.block)
+    if not count:
+        return None
+    coefficients = {law: other.coefficients[law] for law in now.laws}
+    freed = max(fit_curved(block, now.laws, start=now),
+                fit_curved(block, now.laws, points=other.points, coefficients=coefficients, shared=other.shared),
+                key=lambda fit: float(fit.evidence.sum()))
+    return freed, Released({block.name: freed}, _priced(freed.evidence - now.evidence, count))
+
+
+def contest(finding: Finding, released: Released, settings: NamingSettings) -> Finding | None:
+    """The finding, with a parameter as a rival that it does not lead; None where the parameter leads it."""
+    if leads(released.rise, finding.gain, settings):
+        return None
+    if leads(finding.gain, released.rise, settings):
+        return finding
+    rival = released.as_rival(finding)
+    best = finding.next_best
+    return replace(finding, rivals=(*finding.rivals, rival),
+                   next_best=rival if best is None or rival.nats > best.nats else best)
+
+
+def correct(fits: Mapping[str, BlockFit], settings: NamingSettings) -> dict[str, BlockFit]:
+    """The fits with free parameters where a known one is beyond what was known, and the likelihood rises enough."""
+    corrected = dict(fits)
+    for name in fits:
+        released = release(corrected, [name])
+        if released is not None and is_enough(released.rise, settings) and find_beyond(released.fits):
+            corrected |= released.fits
+    return corrected
+
+
+def find_beyond(fits: Mapping[str, BlockFit]) -> dict[str, tuple[float, float]]:
+    """Change of each parameter that is beyond what was known of it, relative to nominal, and its standard error."""
+    return {name: (change, error) for fit in fits.values() for name, (change, error) in _changes_of(fit).items()
+            if abs(change) > REACH * max(KNOWN, error)}
+
+
+def _changes_of(fit: BlockFit) -> dict[str, tuple[float, float]]:
+    """Mean change of each freed parameter of a block, and its standard error."""
+    errors, freed = np.sqrt(np.diag(fit.fitted.covariance)), set(fit.block.freed)
+    return {name: (float(fit.fitted.coefficients[place]), float(errors[place]))
+            for place, name in enumerate(fit.block.random) if name in freed}
+
+
+def _priced(rise: np.ndarray, count: int) -> np.ndarray:
+    """A rise (n,) less the price of so many parameters, of which all engagements tell the same."""
+    return priced(rise, np.full(len(rise), count / len(rise)))
+
+
+def _list_known(block: Block) -> list[str]:
+    return [name for name, std in zip(block.random, block.random_std, strict=True) if std == KNOWN]
+
+
+def _freed(block: AnyBlock) -> AnyBlock:
+    """The block with its known parameters as free as those that are calibrated."""
+    return changed(block, random_std=np.where(block.random_std == KNOWN, np.inf, block.random_std),
+                   freed=(*block.freed, *_list_known(block)))
