@@ -7,6 +7,7 @@ from typing import Any, ClassVar, Literal, Protocol
 from slipstick.confirmation.further import FurtherExperiment
 from slipstick.confirmation.schema import DOCUMENTED
 from slipstick.confirmation.worth import Worth
+from slipstick.naming.released import VALUE
 
 
 @dataclass(frozen=True)
@@ -116,11 +117,16 @@ class Candidate:
     quantity: str
     """Quantity of the model that changes."""
     depends_on: str
-    """What the change depends on."""
+    """What the change depends on; `value` of a parameter that is itself another one than the bench states."""
     nats: float
     """Gain of the natural log-likelihood by the pair."""
     behind: float
     """Standard errors over engagements by which it trails the finding."""
+
+    @property
+    def is_value(self) -> bool:
+        """Whether it is another value of a parameter, and no law."""
+        return self.depends_on == VALUE
 
 
 @dataclass(frozen=True)

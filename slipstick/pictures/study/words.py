@@ -1,7 +1,6 @@
 """Names of models and findings in pictures and reports."""
 
 from slipstick.clutch import effects
-from slipstick.naming.released import VALUE
 from slipstick.pictures import theme
 from slipstick.studies.finding import Candidate, Changed, FindingResult, Remainder
 from slipstick.studies.result import StudyResult
@@ -25,7 +24,7 @@ def name_candidate(candidate: Candidate) -> str:
     """What may be missing in words, for use within a sentence: an effect, a pair, or a value that is another one."""
     if candidate.effect:
         return within(effect_title(candidate.effect))
-    if candidate.depends_on == VALUE:
+    if candidate.is_value:
         return f"another value of the {candidate.quantity}"
     return f"{candidate.quantity} over {candidate.depends_on}"
 

@@ -22,6 +22,7 @@ from slipstick.studies import StudyResult, StudySettings
 from slipstick.studies.export import law_table
 from slipstick.studies.figures import Figures
 from slipstick.studies.result import (
+    BeyondParameter,
     Candidate,
     Closure,
     Coefficient,
@@ -32,6 +33,7 @@ from slipstick.studies.result import (
     Remainder,
     SimulationResult,
 )
+from slipstick.studies.words import sentence
 
 Studied = Callable[[str], tuple[StudyResult, Figures]]
 Read = Callable[[str], Any]
@@ -229,6 +231,21 @@ def test_a_null_answer_is_a_good_answer(studied: Studied, reading: Read) -> None
     for phrase in ("Finding", "Gap closed", "with the findings", "same fit"):
         assert phrase not in text
     assert warnings(result) == []
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_value_that_is_not_what_the_bench_states_is_to_be_corrected(studied: Studied, reading: Read) -> None:
+    result, figures = studied("nothing")
+    stated = sentence([], (), beyond=[BeyondParameter("input_inertia", 0.349, 0.01)])
+    assert stated == ("Nothing is missing that these recordings could show. The inertia of the input shaft is 34.9 % "
+                      "larger than the bench states")
+    off = replace(result, beyond=[BeyondParameter("input_inertia", 0.349, 0.01)], sentence=stated)
+    text = reading(page(off, figures)).text
+    assert stated in text
+    inertia = next(value for value in values_of(off.after, 0.9) if value.name == "input inertia")
+    assert f"Correct the bench: input inertia {inertia.text}" in text
+    assert f"instead of {inertia.nominal}" in text
+    assert "The model of the bench, once corrected, describes these recordings" in text
 
 
 @pytest.mark.usefixtures("undrawn")
