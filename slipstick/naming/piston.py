@@ -51,8 +51,8 @@ class _Added(NamedTuple):
 class ClutchBlock:
     """Output torque of slipping plates; its parameters are those of friction and of the closing piston.
 
-    `in_contact`, on which laws depend, is without contact until a fit of the piston sets it. `modes` (n, r, k) in N m
-    are how far the torque is known, because the pressure is.
+    `in_contact`, on which laws depend, is without contact as long as no fit of the piston is known. `modes` (n, r, k)
+    in N m are how far the torque is known, because the pressure is.
     """
 
     name, signal, follows_chords = "clutch", "output_torque", False

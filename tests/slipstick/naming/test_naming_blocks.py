@@ -62,6 +62,18 @@ def test_columns_are_derivatives_of_the_prediction(bench: Bench, name: str) -> N
 
 
 @both
+@each
+def test_a_block_at_other_shared_values_is_another_one(bench: Bench, name: str) -> None:
+    block = blocks(bench)[name]
+    points, shared = nominal(block), np.full(len(block.fixed), 0.5 * block.scene.step)
+    before = block.base(points)
+    late = block.at(shared)
+    assert np.abs(late.base(points) - before)[block.counted].max() > 0
+    np.testing.assert_array_equal(block.base(points), before)
+    np.testing.assert_array_equal(late.at(np.zeros(len(block.fixed))).base(points), before)
+
+
+@both
 def test_what_engagements_share_is_integrated_with_the_input_speed(bench: Bench) -> None:
     block = blocks(bench)["input"]
     assert isinstance(block, InputBlock)
