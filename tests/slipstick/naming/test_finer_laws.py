@@ -53,7 +53,7 @@ def findings(model: Model, settings: NamingSettings = SETTINGS) -> list[Pair]:
 def test_what_few_knots_leave_of_a_law_is_not_another_one(monkeypatch: pytest.MonkeyPatch) -> None:
     model = Model(HEAVY.physics).with_law(WAVE)
     assert findings(model) == [OVER_SPEED]
-    monkeypatch.setattr(full_fits, "finest", lambda block, pair: 0)
+    monkeypatch.setattr(full_fits, "twice_as_fine", lambda block, laws: {})
     assert len(findings(model, replace(SETTINGS, most=2))) > 1
 
 
