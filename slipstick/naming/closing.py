@@ -13,7 +13,7 @@ from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fineness import finer_while
 from slipstick.naming.law_map import refined
 from slipstick.naming.piston_laws import OVER_RATE
-from slipstick.naming.released import contest, release_piston
+from slipstick.naming.released import release_piston, tie
 from slipstick.naming.restarts import evidence_of, from_common, settled
 from slipstick.naming.search import retimed
 from slipstick.naming.selection import (
@@ -112,15 +112,7 @@ def closing(start: CurvedFit, settings: NamingSettings, ask: Ask = lambda _: Non
                   for gain, pair in [*((trial.gain, trial.pair) for trial in apart), *sensors]]
         finding = Finding(("clutch",), best.pair, best.gain, tied, next_best(best.pair, others), best.expected,
                           best.agreement)
-        piston = release_piston(without, best.fit)
-        if piston is not None:
-            freed, released = piston
-            contested = contest(finding, released, settings)
-            if contested is None:  # the same pairs are tried about freed parameters
-                now = freed
-                continue
-            finding = contested
-        findings.append(finding)
+        findings.append(tie(finding, release_piston(without, best.fit), settings))
     return _backward(now, named, findings, settings)
 
 

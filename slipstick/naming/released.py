@@ -17,7 +17,7 @@ from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import BlockFit
 from slipstick.naming.full_fits import refitted, rise_of, sharing
 from slipstick.naming.mechanics import KNOWN
-from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, leads, priced
+from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, is_unexplained, leads, priced
 from slipstick.naming.settings import NamingSettings
 
 AnyBlock = TypeVar("AnyBlock", bound=Block)
@@ -34,7 +34,8 @@ class Released:
 
     def as_rival(self, finding: Finding) -> Rival:
         """The parameter that is furthest from what was known of it, as a rival of a finding."""
-        changes = {name: abs(change) for fit in self.fits.values() for name, (change, _) in _changes_of(fit).items()}
+        changes = {name: abs(fit.fitted.coefficients[place]) for fit in self.fits.values()
+                   for name, place in _list_freed(fit.block)}
         quantity = PARAMETERS[index(max(changes, key=changes.__getitem__))].meaning
         return Rival((quantity, VALUE), float(self.rise.sum()), in_errors(finding.gain - self.rise))
 
@@ -50,26 +51,29 @@ def release(fits: Mapping[str, BlockFit], blocks: Sequence[str]) -> Released | N
     return Released(freed, _priced(rise_of(fits, freed), count))
 
 
-def release_piston(now: CurvedFit, other: CurvedFit) -> tuple[CurvedFit, Released] | None:
-    """The same of the closing piston, from its fit and from an `other` one, which has further laws; the fit first."""
-    count, block = len(_list_known(now.block)), _freed(now.block)
-    if not count:
-        return None
-    coefficients = {law: other.coefficients[law] for law in now.laws}
+def release_piston(now: CurvedFit, other: CurvedFit) -> Released:
+    """The same of the closing piston, from its fit and from an `other` one, which has further laws."""
+    block, coefficients = _freed(now.block), {law: other.coefficients[law] for law in now.laws}
     freed = max(fit_curved(block, now.laws, start=now),
                 fit_curved(block, now.laws, points=other.points, coefficients=coefficients, shared=other.shared),
                 key=lambda fit: float(fit.evidence.sum()))
-    return freed, Released({block.name: freed}, _priced(freed.evidence - now.evidence, count))
+    return Released({block.name: freed}, _priced(freed.evidence - now.evidence, len(_list_known(now.block))))
 
 
 def contest(finding: Finding, released: Released, settings: NamingSettings) -> Finding | None:
-    """The finding, with a parameter as a rival that it does not lead; None where the parameter leads it."""
-    if leads(released.rise, finding.gain, settings):
-        return None
+    """The finding, or None where the values of parameters lead it, and explain their blocks.
+
+    What leaves something unexplained is no explanation: parameters then go where what is missing pushes them.
+    """
+    explained = not any(is_unexplained(fit.chi2, fit.chi2, settings) for fit in released.fits.values())
+    return None if explained and leads(released.rise, finding.gain, settings) else tie(finding, released, settings)
+
+
+def tie(finding: Finding, released: Released, settings: NamingSettings) -> Finding:
+    """The finding, with a parameter as a rival where it does not lead the values of parameters."""
     if leads(finding.gain, released.rise, settings):
         return finding
-    rival = released.as_rival(finding)
-    best = finding.next_best
+    rival, best = released.as_rival(finding), finding.next_best
     return replace(finding, rivals=(*finding.rivals, rival),
                    next_best=rival if best is None or rival.nats > best.nats else best)
 
@@ -79,27 +83,33 @@ def correct(fits: Mapping[str, BlockFit], settings: NamingSettings) -> dict[str,
     corrected = dict(fits)
     for name in fits:
         released = release(corrected, [name])
-        if released is not None and is_enough(released.rise, settings) and find_beyond(released.fits):
+        if released is not None and is_enough(released.rise, settings) and find_beyond(released.fits, settings):
             corrected |= released.fits
     return corrected
 
 
-def find_beyond(fits: Mapping[str, BlockFit]) -> dict[str, tuple[float, float]]:
-    """Change of each parameter that is beyond what was known of it, relative to nominal, and its standard error."""
-    return {name: (change, error) for fit in fits.values() for name, (change, error) in _changes_of(fit).items()
-            if abs(change) > REACH * max(KNOWN, error)}
+def find_beyond(fits: Mapping[str, BlockFit], settings: NamingSettings) -> dict[str, tuple[float, float]]:
+    """Change of each parameter that is beyond what was known of it, relative to nominal, and its standard error.
 
-
-def _changes_of(fit: BlockFit) -> dict[str, tuple[float, float]]:
-    """Mean change of each freed parameter of a block, and its standard error."""
-    errors, freed = np.sqrt(np.diag(fit.fitted.covariance)), set(fit.block.freed)
-    return {name: (float(fit.fitted.coefficients[place]), float(errors[place]))
-            for place, name in enumerate(fit.block.random) if name in freed}
+    Parameters of blocks that are not explained are not known, nor those that a fit has to hold.
+    """
+    beyond = dict[str, tuple[float, float]]()
+    for fit in fits.values():
+        errors, held = np.sqrt(np.diag(fit.fitted.covariance)), fit.fitted.held
+        for name, place in [] if is_unexplained(fit.chi2, fit.chi2, settings) else _list_freed(fit.block):
+            change, error = float(fit.fitted.coefficients[place]), float(errors[place])
+            if abs(change) > REACH * max(KNOWN, error) and not held[place]:
+                beyond[name] = change, error
+    return beyond
 
 
 def _priced(rise: np.ndarray, count: int) -> np.ndarray:
     """A rise (n,) less the price of so many parameters, of which all engagements tell the same."""
     return priced(rise, np.full(len(rise), count / len(rise)))
+
+
+def _list_freed(block: Block) -> list[tuple[str, int]]:
+    return [(name, place) for place, name in enumerate(block.random) if name in block.freed]
 
 
 def _list_known(block: Block) -> list[str]:

@@ -97,7 +97,7 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
                       _find_unexplained(start, all_fits, settings), _find_outlying(now.kept, all_fits, settings),
                       {key: float(fit.chi2.mean()) for key, fit in all_fits.items()},
                       measure_laws(all_fits), parameters_of(all_fits), clocks_of(all_fits),
-                      converter_of(all_fits, bench.physics.curves), find_beyond(all_fits), start.noise,
+                      converter_of(all_fits, bench.physics.curves), find_beyond(all_fits, settings), start.noise,
                       time.perf_counter() - began)
 
     def keep_part(now: _Linear) -> None:

@@ -57,7 +57,7 @@ def test_what_a_value_gains_decides(value: float, rivals: int, is_named: bool) -
     bare = fit(LoadBlock(scene_of(HEAVY, Model(HEAVY.physics), 24, seed=3)))
     released = release({"load": bare}, ["load"])
     assert released is not None
-    assert not find_beyond(released.fits)  # it is what is stated
+    assert not find_beyond(released.fits, NamingSettings())  # it is what is stated
     contested = contest(finding, Released(released.fits, value * gain), NamingSettings())
     assert (contested is not None) == is_named
     if contested is not None:
