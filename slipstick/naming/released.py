@@ -43,10 +43,10 @@ class Released:
 def release(fits: Mapping[str, BlockFit], blocks: Sequence[str]) -> Released | None:
     """The fits of these blocks with free parameters in the place of known ones; None where they have no known ones."""
     together = {name: fits[name] for name in sharing(fits, blocks)}
-    starts = {name: replace(fit, block=_freed(fit.block)) for name, fit in together.items()}
     count = sum(len(_list_known(fit.block)) for fit in together.values())
     if not count:
         return None
+    starts = {name: replace(fit, block=_freed(fit.block)) for name, fit in together.items()}
     freed = refitted(starts, {name: fit.laws for name, fit in together.items()})
     return Released(freed, _priced(rise_of(fits, freed), count))
 

@@ -37,6 +37,7 @@ class Line:
     random: tuple[str, ...] = ("slope",)
     fixed: tuple[str, ...] = ()
     random_std: np.ndarray = field(default_factory=lambda: np.array([np.inf]))
+    freed: tuple[str, ...] = ()
     fixed_std: np.ndarray = field(default_factory=lambda: np.zeros(0))
     widest: np.ndarray = field(default_factory=lambda: np.array([0.5]))
 
