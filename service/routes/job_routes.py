@@ -20,7 +20,7 @@ from ..schemas import LibraryDependency
 
 _EVENTS: dict[int | str, dict[str, Any]] = {
     200: {"description": "Events `state` and, last, `end`: their data is the JSON of the job",
-          "content": {"text/event-stream": {"schema": {"type": "string"}}}},
+          "content": {"text/event-stream": {"schema": {}}}},  # OpenAPI 3.1 has no schema of one event
     204: {"description": "The job has ended, and the client has had the last event"}}
 
 

@@ -18,7 +18,7 @@ def relaxed(time: np.ndarray, forcing: np.ndarray, rate: np.ndarray, start: np.n
     drive = steps * (before * forcing[:, :-1] + after * forcing[:, 1:])
     x = np.empty(forcing.shape)
     x[:, 0] = start
-    _recur(x, np.ascontiguousarray(np.broadcast_to(decay, drive.shape)), drive, least)
+    _recur(x, np.broadcast_to(decay, drive.shape).copy(), drive, least)  # for what is read-only, it is compiled again
     return x
 
 

@@ -59,10 +59,9 @@ def answers(folder: Path, serving: Any, launch: Callable[..., object]) -> dict[s
         launch("worker", "work", "--tables", str(settings.tables), "--jobs", settings.jobs,
                "--machine", str(folder / "motor.toml"))
         for line in (line for block in BLOCKS[2:] for line in block):
-            output = executed(line, folder, address) if not line.startswith("export") else ""
-            if output:
-                path = re.search(r"/v1/([^ \"?]+)", line)
-                assert path
+            path = re.search(r"/v1/([^ \"?]+)", line)
+            output = executed(line, folder, address) if path else ""
+            if path and output:
                 found[path[1]] = json.loads(output)
         found["table"] = httpx.get(f"{address}/v1/tables/motor").json()
         found["info"] = httpx.get(f"{address}/umbridge/Info").json()

@@ -186,7 +186,7 @@ def test_stds_at_the_upper_bounds_give_remarks(problem: InferenceProblem) -> Non
     tight = replace(QUICK, std_bounds=((0.002, 0.01),), output_std_bounds=(0.0005, 0.003))
     by_unknown = remarks(tight, problem)
     assert "upper bound, 0.01" in by_unknown["std of pressure_bias"][0]
-    assert "upper bound, 0.003" in by_unknown["output std"][0]
+    assert "upper bound, 3 ms" in by_unknown["output std"][0]
     assert "lacks" in by_unknown["output std"][1]
 
 
