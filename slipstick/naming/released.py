@@ -17,6 +17,7 @@ from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import BlockFit
 from slipstick.naming.full_fits import refitted, rise_of, sharing
 from slipstick.naming.mechanics import KNOWN
+from slipstick.naming.restarts import evidence_of
 from slipstick.naming.selection import Finding, Rival, in_errors, is_enough, is_unexplained, leads, priced
 from slipstick.naming.settings import NamingSettings
 
@@ -56,7 +57,7 @@ def release_piston(now: CurvedFit, other: CurvedFit) -> Released:
     block, coefficients = _freed(now.block), {law: other.coefficients[law] for law in now.laws}
     freed = max(fit_curved(block, now.laws, start=now),
                 fit_curved(block, now.laws, points=other.points, coefficients=coefficients, shared=other.shared),
-                key=lambda fit: float(fit.evidence.sum()))
+                key=evidence_of)
     return Released({block.name: freed}, _priced(freed.evidence - now.evidence, len(_list_known(now.block))))
 
 
