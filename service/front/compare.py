@@ -158,10 +158,9 @@ def _gaps(side: Side) -> dict[str, str]:
     gap = side.result.get("gap")
     if gap is None:
         return {}
-    if "closures" not in gap and not gap["converged"]:
-        return {"whole machine": "a fit did not converge"}
-    if "closures" not in gap:
-        return {"whole machine": f"{_number(gap['before'])} to {_number(gap['after'])} squared residuals beyond noise"}
+    if "closures" not in gap:  # of a declared machine
+        left = f"{_number(gap['before'])} to {_number(gap['after'])} squared residuals beyond noise"
+        return {"whole machine": left if gap["converged"] else "a fit did not converge"}
     return {in_words(name): _closure(name, closure) for name, closure in gap["closures"].items()}
 
 

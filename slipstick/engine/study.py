@@ -256,15 +256,15 @@ def _confirm(machine: Machine, runs: Runs, values: Mapping[str, float] | None, n
     with_laws = bare.beside(laws, priors, bare.state)
     with suppress(InvalidValue):  # by laws of blocks, which were driven by recordings, the whole may grow without bound
         with_laws = max(bare.beside(laws, priors, estimated), with_laws, key=lambda each: each.evidence)
-    gains = hold_out(with_laws.fitted) - hold_out(bare.fitted)
+    gains, without = hold_out(with_laws.fitted) - hold_out(bare.fitted), _excess(bare)
     expected = np.sqrt(sum(expect(with_laws, law) ** 2 for law in laws.values()))
     control = _choose_control(bare, list(candidates.values()), named.findings)
     log(Doing("control", f"Fitting the whole machine with the control {' over '.join(control.candidate.pair)}; "
                          f"with the laws, {with_laws.evidence - bare.evidence:.1f} nats and {_remark(with_laws)}"))
     with_control = bare.beside({control.candidate.pair: control.candidate}, {control.candidate.pair: control.prior})
     return Confirmation(with_laws.evidence - bare.evidence, agree(gains, expected),
-                        tuple(measure(with_laws, pair) for pair in laws), _compare(bare, with_laws),
-                        control.candidate.pair, _compare(bare, with_control), bare, with_laws)
+                        tuple(measure(with_laws, pair) for pair in laws), _compare(without, bare, with_laws),
+                        control.candidate.pair, _compare(without, bare, with_control), bare, with_laws)
 
 
 def _remark(fit: Fit) -> str:
@@ -303,8 +303,8 @@ def _choose_control(bare: Fit, candidates: Sequence[Candidate], findings: Sequen
     return screened[len(screened) // 2]
 
 
-def _compare(bare: Fit, extended: Fit) -> Gap:
-    without, promised = _excess(bare), 2 * (abs(bare.promised) + abs(extended.promised))
+def _compare(without: float, bare: Fit, extended: Fit) -> Gap:
+    promised = 2 * (abs(bare.promised) + abs(extended.promised))
     converged = (bare.converged and extended.converged) or promised < _STATED * without
     return Gap(without, _excess(extended), converged)
 

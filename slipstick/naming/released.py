@@ -12,6 +12,7 @@ import numpy as np
 
 from slipstick.bench.parameters import PARAMETERS, index
 from slipstick.engine.linear_model import REACH
+from slipstick.naming.answer import next_best
 from slipstick.naming.block import Block, changed
 from slipstick.naming.curved import CurvedFit, fit_curved
 from slipstick.naming.fit import BlockFit
@@ -74,16 +75,16 @@ def tie(finding: Finding, released: Released, settings: NamingSettings) -> Findi
     """The finding, with a parameter as a rival where it does not lead the values of parameters."""
     if leads(finding.gain, released.rise, settings):
         return finding
-    rival, best = released.as_rival(finding), finding.next_best
-    return replace(finding, rivals=(*finding.rivals, rival),
-                   next_best=rival if best is None or rival.nats > best.nats else best)
+    rival = released.as_rival(finding)
+    others = [rival] if finding.next_best is None else [finding.next_best, rival]
+    return replace(finding, rivals=(*finding.rivals, rival), next_best=next_best(finding.pair, others))
 
 
 def correct(fits: Mapping[str, BlockFit], settings: NamingSettings) -> dict[str, BlockFit]:
     """The fits with free parameters where a known one is beyond what was known, and the likelihood rises enough."""
     corrected = dict(fits)
-    for name in fits:
-        released = release(corrected, [name])
+    for names in dict.fromkeys(tuple(sharing(fits, [name])) for name in fits):  # those that share a law at once
+        released = release(corrected, names)
         if released is not None and is_enough(released.rise, settings) and find_beyond(released.fits, settings):
             corrected |= released.fits
     return corrected

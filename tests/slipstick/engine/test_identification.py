@@ -176,7 +176,7 @@ def test_the_whole_machine_confirms_the_law_and_not_the_control() -> None:
     assert by_control < 0.3 < 0.9 < closed
     for converged, share, is_known in ((False, 0.001, True), (False, 0.01, False), (True, 0.01, True)):
         further = replace(confirmation.fit, converged=converged, promised=0.5 * share * confirmation.gap.without)
-        assert (_compare(confirmation.bare, further).closed is not None) == is_known
+        assert (_compare(confirmation.gap.without, confirmation.bare, further).closed is not None) == is_known
     inflow = next(each for each in result.parameters if each.name == "inflow")
     assert abs(inflow.mean - 1.03 * INFLOW) < 4 * inflow.error + 0.02 * INFLOW
     assert result.digest == digest(EngineSettings(), declare(), KINDS)
