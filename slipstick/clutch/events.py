@@ -82,6 +82,8 @@ def speed_crossing(b, i, input_factor):
     last = step * (input_factor * b[RATE + speed] - b[RATE + load])
     square, cube = middle - 1.5 * first - 0.5 * last, 2.0 / 3.0 * (first - middle + last)
     at_end = value + first + square + cube
+    if value == 0.0:  # plates that have just broken away may lock again: the cubic without its crossing at the start
+        value, first, square, cube = first, square, cube, 0.0
     if value == 0.0 or value * at_end > 0.0:
         return 1.0
     low, high, fraction = 0.0, 1.0, value / (value - at_end)
@@ -142,9 +144,10 @@ def apply_event(b, i, event, fraction, state_size):
         k = s * LANES + i
         b[START + k] = dense_output(b, k, fraction) if fraction < 1.0 else b[END + k]
     b[TIME + i] = b[TIME + i] + fraction * b[STEP + i] if fraction < 1.0 else b[END_TIME + i]
+    if event == LOCKS or event == RELEASES:  # the slip is exactly 0, as `speed_crossing` needs it
+        b[START + 4 * LANES + i] = b[START + 3 * LANES + i] * b[INVERSE_GEAR + i]
     if event == LOCKS:
         b[SLIPPING + i] = 0.0
-        b[START + 4 * LANES + i] = b[START + 3 * LANES + i] * b[INVERSE_GEAR + i]
     elif event == RELEASES:
         b[SLIPPING + i] = 1.0
         b[DIRECTION + i] = 1.0 if b[RIGID + i] >= 0.0 else -1.0

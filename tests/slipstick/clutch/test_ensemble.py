@@ -2,7 +2,7 @@
 
 import platform
 import re
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -60,6 +60,22 @@ def test_release_and_standstill_agree_with_the_reference_implementation() -> Non
     assert abs(fast.shifting_time[0, 0] - shifting_time) < 1e-5
     for k, column in enumerate((fast.pressure, fast.input_speed, fast.output_speed)):
         assert np.max(np.abs(column[0, 0] - signals[:, k])) < 1e-4 * np.ptp(signals[:, k])
+
+
+def test_plates_that_break_away_and_lock_again_within_a_step_do_so_at_the_same_speed() -> None:
+    changes = {"pressure_bias": 1.9, "initial_position": 1.9, "ramp_share": 0.25, "piston_return": 0.8}
+    factors = np.array([changes.get(name, 1.0) for name in parameters.NAMES])
+    gains = np.linspace(0.885, 0.895, 101)  # at some of which the plates slip for no longer than a step
+    vectors = np.tile(factors * NOMINAL.parameters, (len(gains), 1))
+    vectors[:, parameters.index("current_gain")] *= gains
+    ones = np.ones(len(gains))
+    conditions = replace(CONDITIONS.take(np.zeros(len(gains), int)), current_profile=np.full(len(gains), 3),
+                         motor_speed=104.72 * ones, load_inertia=6 * ones, brake_torque=18 * ones)
+    response = ensemble.simulate(HEAVY.physics.curves, vectors, np.tile(NOMINAL.coefficients(), (len(gains), 1)),
+                                 conditions, np.arange(0.0, 0.9, 0.002), paired=True)
+    slip = response.input_speed / NOMINAL.parameters[parameters.index("gear_ratio")] - response.output_speed
+    assert np.any(slip[:, 250:] > 1e-3), "no plates break away"
+    assert slip.min() > -1e-9
 
 
 def test_results_do_not_depend_on_threads_or_other_engagements() -> None:
