@@ -9,14 +9,21 @@ from multiprocessing.context import BaseContext
 from pathlib import Path
 from typing import Any
 
+from numba import set_num_threads
+
 Job = tuple[Hashable, ...]
 Result = dict[str, Any]
 PROCESSES = 2
 
 
 def open_processes(context: BaseContext | None = None) -> ProcessPoolExecutor:
-    """Processes that answer jobs, and end with Ctrl-C without a traceback."""
-    return ProcessPoolExecutor(PROCESSES, context, signal.signal, (signal.SIGINT, signal.SIG_DFL))
+    """Processes that answer jobs on one core each, and end with Ctrl-C without a traceback."""
+    return ProcessPoolExecutor(PROCESSES, context, _begin)
+
+
+def _begin() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    set_num_threads(1)
 
 
 def run_jobs(run_job: Callable[..., Result], jobs: Sequence[Job], path: Path,

@@ -14,8 +14,6 @@ from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 
-from numba import set_num_threads
-
 from evidence.answer import Answer, NamedPair
 from evidence.judge import judge
 from evidence.kept import Job, Result, open_processes, read_count, run_jobs
@@ -57,8 +55,7 @@ class WholeStudy:
 
 
 def study_case(suite: str, seed: int) -> WholeStudy:
-    """Study a case on one core."""
-    set_num_threads(1)
+    """Study a case."""
     files, settings = write_case(suite, seed), StudySettings()
     truth = files.truth
     bench, recordings = Bench.open(files.bench), Recordings.open(files.recordings)

@@ -7,8 +7,7 @@ from functools import partial
 from multiprocessing import get_context
 from types import ModuleType
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one core for each process; before numpy is imported
-os.environ.setdefault("NUMBA_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy is imported
 
 from benchmarks.results import describe_machine
 from evidence import calibration_coverage
