@@ -144,7 +144,7 @@ def apply_event(b, i, event, fraction, state_size):
         k = s * LANES + i
         b[START + k] = dense_output(b, k, fraction) if fraction < 1.0 else b[END + k]
     b[TIME + i] = b[TIME + i] + fraction * b[STEP + i] if fraction < 1.0 else b[END_TIME + i]
-    if event == LOCKS or event == RELEASES:  # the slip is exactly 0, as `speed_crossing` needs it
+    if event in (LOCKS, RELEASES):  # the slip is exactly 0, as `speed_crossing` needs it
         b[START + 4 * LANES + i] = b[START + 3 * LANES + i] * b[INVERSE_GEAR + i]
     if event == LOCKS:
         b[SLIPPING + i] = 0.0

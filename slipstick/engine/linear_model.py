@@ -125,12 +125,18 @@ def likelihood(marginal: np.ndarray, logdet: np.ndarray, coefficients: np.ndarra
 def marginalise(gram: Gram, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Products under the marginal covariance (n, c, c), its log-determinants (n,), and those (n, q, q) of the b_i.
 
-    `variance` is (q,). The last are the covariances of the b_i given the data and the coefficients.
+    `variance` is (q,). The last are the covariances of the b_i given the data and the coefficients. Nothing is
+    subtracted from products of the random columns: at the edge of a jump these may be larger by 15 digits than what is
+    left of them.
     """
-    q = gram.random
-    spread, logdet = _integrated(gram.products[:, :q, :q], variance)
-    taken = (gram.products[:, :, :q] @ spread) @ gram.products[:, :q]
-    return np.subtract(gram.products, taken, out=taken), logdet, spread
+    q, products = gram.random, gram.products
+    square = products[:, :q, :q]
+    spread, logdet = _integrated(square, variance)
+    own = np.linalg.solve(np.eye(q) + square * variance, products[:, :q])
+    marginal = np.empty_like(products)
+    marginal[:, :q], marginal[:, q:, :q] = own, own[:, :, q:].transpose(0, 2, 1)
+    np.subtract(products[:, q:, q:], products[:, q:, :q] @ (variance[:, None] * own[:, :, q:]), out=marginal[:, q:, q:])
+    return marginal, logdet, spread
 
 
 def _integrated(square: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

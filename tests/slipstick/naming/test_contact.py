@@ -177,7 +177,7 @@ def test_without_samples_after_lock_up_all_are_taken_for_slip() -> None:
 
 
 CLOSING, CLOSING_SEED, SETTINGS = 24, 5, NamingSettings()
-HEAT, SPEED = ("friction coefficient", "heat"), ("friction coefficient", "motor speed")
+HEAT, RUN_ORDER = ("friction coefficient", "heat"), ("friction coefficient", "run order")
 AT = np.linspace(0, 6.0, 16)  # kJ
 WAVE = MeasuredLaw(*HEAT, tuple(AT), tuple(0.1 * np.sin(AT * 2 * np.pi / 2.4)), relative=True)
 
@@ -236,14 +236,14 @@ def test_a_fit_begins_again_with_the_laws_that_the_one_with_a_further_law_has(mo
 
 
 def test_laws_of_full_contact_stay_as_far_as_the_clutch_asks_for_them_beside_those_of_the_piston() -> None:
-    _, now = coarse(HEAT, SPEED)
-    named = [Finding(("contact",), pair, np.ones(CLOSING)) for pair in (HEAT, SPEED)]
+    _, now = coarse(HEAT, RUN_ORDER)
+    named = [Finding(("contact",), pair, np.ones(CLOSING)) for pair in (HEAT, RUN_ORDER)]
     piston = Finding(("clutch",), ("piston rate", "pressure"), np.ones(CLOSING))
     after, kept = _backward(now, named, [piston], SETTINGS)
     assert [one.pair for one in kept] == [HEAT, piston.pair]
     assert after.laws == (HEAT,)
     assert kept[0].nats > 100 * SETTINGS.nats
-    assert [one.pair for one in _backward(now, named, [], SETTINGS)[1]] == [HEAT, SPEED]
+    assert [one.pair for one in _backward(now, named, [], SETTINGS)[1]] == [HEAT, RUN_ORDER]
     # A fit that ended below the one without a law says nothing against the law.
     stuck = replace(now, evidence=now.evidence - 1e4)
     assert [one.pair for one in _backward(stuck, named[:1], [piston], SETTINGS)[1]] == [HEAT, piston.pair]

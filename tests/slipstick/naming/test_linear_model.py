@@ -87,6 +87,16 @@ def test_estimates_at_given_variances_are_those_of_the_dense_regression(variance
     np.testing.assert_allclose(marginalise(some.gram(), VARIANCE)[2][0], posterior, rtol=1e-9)
 
 
+def test_a_run_at_the_edge_of_a_jump_tells_its_own_parameter_and_leaves_the_digits_of_the_others() -> None:
+    some = problem(1)
+    some.random[0, 3, 0] = 1e9  # a difference across the jump, over a small step
+    marginal = marginalise(some.gram(), VARIANCE)[0][0]
+    assert marginal[0, 0] == pytest.approx(1 / VARIANCE[0], rel=1e-6)
+    random, both = (np.delete(columns[0], 3, axis=0)[:, 1:] for columns in (some.random, some.both))
+    covariance = np.eye(K - 1) + VARIANCE[1] * random @ random.T  # the first one is known, and does not scatter
+    np.testing.assert_allclose(marginal[1:-1, 1:-1], both.T @ np.linalg.inv(covariance) @ both, rtol=1e-6)
+
+
 def test_the_likelihood_is_the_marginal_normal_density() -> None:
     some, elsewhere = problem(2), np.array([0.8, -0.2, 1.0, 0.0])
     marginal, logdet, _ = marginalise(some.gram(), VARIANCE)
