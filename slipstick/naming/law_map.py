@@ -88,16 +88,16 @@ def of_sensor(pair: Pair, scene: Scene, finer: int = 0) -> LawMap:
 
     An offset is a number in the unit of the signal. A lag is a number in s: the mean of the impulse response, by which
     a slow ramp is read late. A gain is the relative error over the signal, constant for a sensor whose slope is wrong.
-    An error over another signal is 0 where that is 0, where it would be an offset. Over the run order and over time it
-    is an offset that drifts. That of the pressure sensor is known up to a constant gain, which the gain of the valve
-    compensates.
+    An error over another signal is 0 where that is 0, where it would be an offset. Over the run order, a channel and
+    time it is an offset that drifts. That of the pressure sensor is known up to a constant gain, which the gain of the
+    valve compensates.
     """
     sensor, on = pair
     if on == "run order":
         knots = sensor_errors.drift_knots(scene, finer)
         return over(pair, knots, sensor_errors.drift(scene, sensor) * np.eye(len(knots)))
     if on in scene.of_runs:
-        return over_runs(pair, scene, 0, sensor_errors.drift(scene, sensor))
+        return over_runs(pair, scene, finer, sensor_errors.drift(scene, sensor), centred=False)
     if on == "offset":
         return single(1.0, UNITS[sensor])
     if on == "lag":

@@ -10,7 +10,7 @@ from slipstick.naming.sensor_lags import change_read_late, late_columns, read_la
 
 _FAULTS = ("offset", "gain", "lag", "run order", "time")
 _FURTHER = (*WITHIN, "motor speed")
-"""What the error of any sensor is asked for besides where something is missing, and further channels."""
+"""What the error of any sensor is asked for besides where something is missing."""
 _ERRORS_OVER: dict[str, tuple[str, ...]] = {
     "pressure sensor": (*_FAULTS, "input speed"), "input speed sensor": _FAULTS, "output speed sensor": _FAULTS,
     "output torque sensor": (*_FAULTS, "pressure", "output speed")}
@@ -25,9 +25,10 @@ _OF_SIGNAL = "gain", "lag"
 def pairs_of(scene: Scene, rare: bool, *sensors: str) -> list[Pair]:
     """The errors of sensors, over all on which they may depend and that was measured, with or without `rare` pairs.
 
+    Further channels are usual: whoever records a temperature expects errors over it, and the run order resembles it.
     The slip has noise of the speed sensors, so that an error of these over it would explain their noise.
     """
-    further = (*_FURTHER, *scene.channels) if rare else ()
+    further = (*scene.channels, *(_FURTHER if rare else ()))
     return [(sensor, on) for sensor in sensors for on in dict.fromkeys((*_ERRORS_OVER[sensor], *further))
             if scene.knows(on) and f"{on} sensor" != sensor and not (on == "slip" and "speed" in sensor)]
 
@@ -35,8 +36,8 @@ def pairs_of(scene: Scene, rare: bool, *sensors: str) -> list[Pair]:
 def reading(scene: Scene, sensor: str, on: str, signal: np.ndarray, finer: int = 0) -> np.ndarray:
     """Basis (n, m, k) of the "offset", "gain" or "lag" of a `sensor` that reads `signal` (n, k), in its unit.
 
-    Over the run order or over time it is an offset that drifts, which need not be 0 on average. It may also depend
-    on another signal. A `finer` gain, lag or drift has more columns.
+    Over the run order, a further channel or time it is an offset that drifts, which need not be 0 on average. It may
+    also depend on another signal. A `finer` gain, lag or drift has more columns.
     """
     if on == "time":
         return np.asarray(hats(scene.abscissa(on), error_knots(scene, on, finer)) * drift(scene, sensor))
@@ -44,7 +45,8 @@ def reading(scene: Scene, sensor: str, on: str, signal: np.ndarray, finer: int =
         # Without the first hat: an error where the other signal is 0 is an offset.
         return np.asarray(hats(scene.abscissa(on), error_knots(scene, on, finer))[:, 1:] * drift(scene, sensor))
     if on in scene.of_runs and on != "run order":
-        return np.asarray(scene.between(on)[:, :, None] * drift(scene, sensor) * np.ones(signal.shape)[:, None])
+        onto = scene.between(on, centred=False, finer=finer) * drift(scene, sensor)
+        return np.asarray(onto[:, :, None] * np.ones(signal.shape)[:, None])
     if on == "run order":
         onto = hats(scene.run, drift_knots(scene, finer)) * drift(scene, sensor)
         return np.asarray(onto[:, :, None] * np.ones(signal.shape)[:, None])

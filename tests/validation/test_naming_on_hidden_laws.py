@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from slipstick.errors import InvalidValue
-from slipstick.naming import NamingSettings, answer, name
+from slipstick.naming import NamingSettings, answer, name, sensor_errors
 from slipstick.naming.scene import Scene
 from slipstick.naming.study import Naming
 from slipstick.recordings import FurtherChannel, Recordings
@@ -75,6 +75,38 @@ def test_a_gain_that_warms_is_a_law_over_the_oil_temperature(tmp_path: Path) -> 
 def test_a_temperature_that_nothing_depends_on_is_not_named(tmp_path: Path) -> None:
     recordings, _ = record_temperature(tmp_path, 714, "chance")
     assert not [pair for pair in pairs_of(name(HEAVY, recordings)) if pair[1] == "oil temperature"]
+
+
+def record_warm_sensor(folder: Path) -> Recordings:
+    """Recordings whose pressure sensor reads more when warm, while the oil warms more or less with the run order."""
+    recordings, share = record_temperature(folder, 714, "order")
+    assert recordings.signals is not None
+    warm = 30 + 30 * share + np.random.default_rng(714).uniform(0, 20, COUNT)
+    world = record(folder, seed=714, count=COUNT)
+    assert world.signals is not None
+    pressure = world.signals["pressure"] + 0.004 * (warm[:, None] - 20)
+    channel = replace(recordings.further["oil_temperature"], values=np.tile(warm[:, None], (1, pressure.shape[1])))
+    return replace(world, signals=replace(world.signals, pressure=pressure), further={"oil_temperature": channel})
+
+
+def test_an_error_of_a_sensor_over_a_channel_is_tested_as_one_over_the_run_order_is(tmp_path: Path) -> None:
+    scene = Scene.of(HEAVY, record_warm_sensor(tmp_path), NamingSettings())
+    for pairs in (sensor_errors.pairs_of(scene, rare, "pressure sensor") for rare in (False, True)):
+        assert pairs.count(("pressure sensor", "oil temperature")) == 1
+    signal = scene.smooth["pressure"]
+    coarse, fine = (sensor_errors.reading(scene, "pressure sensor", "oil temperature", signal, finer)
+                    for finer in (0, 1))
+    assert fine.shape[1] > coarse.shape[1]
+    np.testing.assert_allclose(coarse.sum(axis=1), sensor_errors.drift(scene, "pressure sensor"))  # it may be constant
+
+
+@pytest.mark.slow
+def test_a_sensor_that_warms_is_named_over_the_temperature_and_not_over_the_run_order(tmp_path: Path) -> None:
+    found = name(HEAVY, record_warm_sensor(tmp_path))
+    assert pairs_of(found) == [("pressure sensor", "oil temperature")]
+    law = found.measured["pressure sensor", "oil temperature"]
+    assert law.x is not None
+    np.testing.assert_allclose(np.ptp(law.change), 0.004 * np.ptp(law.x), rtol=0.3)
 
 
 def test_gaps_do_not_count_and_a_channel_without_values_is_not_used(tmp_path: Path) -> None:
