@@ -30,7 +30,6 @@ _RUNS = 6
 def rehearse() -> None:
     """Study and fit every other engagement of the shipped sample, and study simulated runs of two shipped machines."""
     bench, recordings, settings = *_sample(), StudySettings()
-    compile_study(bench, recordings)
     conclude(settings, bench, recordings, examine(settings, bench, recordings))
     table = build(bench, _AXES, conditions=recordings, progress=False)
     fit(table, recordings, progress=False, generations=2)
