@@ -64,7 +64,7 @@ class SimulatedBench:
 
         A `rough` one takes differences by long steps.
         """
-        self.rough, self.step = rough, _ROUGH if rough else _FINE
+        self.step = _ROUGH if rough else _FINE
         # Far from where a fit ends, engagements would be explained by their own parameters, before it is known how
         # these scatter.
         self.follows_chords = not rough

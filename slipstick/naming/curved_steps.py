@@ -159,7 +159,7 @@ def _follow_by_chords(block: SearchedBlock, begun: Values, curvature: np.ndarray
     """The values with points that follow their curves for what engagements share, and their two terms (n,).
 
     Steps are corrected from where they led by the slopes of where they began: a correction takes one prediction, and
-    new slopes take two for each parameter. A correction that does not lower the terms of an engagement is damped more.
+    new slopes take one for each parameter. A correction that does not lower the terms of an engagement is damped more.
     """
     white = whitened(own, block.counted, noise)
 

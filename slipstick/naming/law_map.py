@@ -54,12 +54,12 @@ def over_runs(pair: Pair, scene: Scene, finer: int, size: float = 1.0, relative:
               centred: bool = True) -> LawMap:
     """A law over one of `scene.of_runs`, of mean 0 over the runs where `centred`; coefficients are in units of `size`.
 
-    Its resolution is doubled `finer` times.
+    Its resolution is doubled `finer` times. Its columns are those of `Scene.between`: none where all runs are alike.
     """
     values = scene.constant_in_run(pair[1])
     knots = bases.between_knots(values, bases.doubled(scene.settings.knots, finer))
     onto = size * np.eye(len(knots))
-    if centred:
+    if centred or len(knots) < 2:
         onto = onto[:, 1:] - size * bases.hats(values, knots)[:, 1:].mean(axis=0)
     law = over(pair, knots, onto, relative, "constant" if centred else "nothing", unit_of(pair[1], scene))
     return replace(law, at_levels=bool(np.isin(values, knots).all()))
@@ -93,9 +93,6 @@ def of_sensor(pair: Pair, scene: Scene, finer: int = 0) -> LawMap:
     valve compensates.
     """
     sensor, on = pair
-    if on == "run order":
-        knots = sensor_errors.drift_knots(scene, finer)
-        return over(pair, knots, sensor_errors.drift(scene, sensor) * np.eye(len(knots)))
     if on in scene.of_runs:
         return over_runs(pair, scene, finer, sensor_errors.drift(scene, sensor), centred=False)
     if on == "offset":

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from slipstick.naming.bases import between_knots, doubled, from_zero, gain_basis, gain_points, hats, slope
+from slipstick.naming.bases import doubled, from_zero, gain_basis, gain_points, hats, slope
 from slipstick.naming.scene import TYPICAL, WITHIN, Pair, Scene
 from slipstick.naming.sensor_lags import change_read_late, late_columns, read_late
 
@@ -44,11 +44,8 @@ def reading(scene: Scene, sensor: str, on: str, signal: np.ndarray, finer: int =
     if on in WITHIN:
         # Without the first hat: an error where the other signal is 0 is an offset.
         return np.asarray(hats(scene.abscissa(on), error_knots(scene, on, finer))[:, 1:] * drift(scene, sensor))
-    if on in scene.of_runs and on != "run order":
+    if on in scene.of_runs:
         onto = scene.between(on, centred=False, finer=finer) * drift(scene, sensor)
-        return np.asarray(onto[:, :, None] * np.ones(signal.shape)[:, None])
-    if on == "run order":
-        onto = hats(scene.run, drift_knots(scene, finer)) * drift(scene, sensor)
         return np.asarray(onto[:, :, None] * np.ones(signal.shape)[:, None])
     if on == "lag":
         return late_columns(scene, signal, largest(scene, sensor), finer)
@@ -121,11 +118,6 @@ def error_knots(scene: Scene, on: str, finer: int = 0) -> np.ndarray:
         return np.linspace(0, scene.time[-1], doubled(scene.settings.fine_knots, finer))
     x = scene.abscissa(on)
     return from_zero(x, np.ones(x.shape, bool), doubled(scene.settings.knots, finer))
-
-
-def drift_knots(scene: Scene, finer: int = 0) -> np.ndarray:
-    """Knots (m,) of drifts over the run order; none where that is not known."""
-    return between_knots(scene.run, doubled(scene.settings.knots, finer)) if np.ptp(scene.run) > 0 else np.zeros(0)
 
 
 def drift(scene: Scene, sensor: str) -> float:

@@ -12,6 +12,7 @@ import pytest
 
 from slipstick.errors import InvalidValue
 from slipstick.naming import NamingSettings, answer, name, sensor_errors
+from slipstick.naming.law_map import of_sensor
 from slipstick.naming.scene import Scene
 from slipstick.naming.study import Naming
 from slipstick.recordings import FurtherChannel, Recordings
@@ -79,14 +80,15 @@ def test_a_temperature_that_nothing_depends_on_is_not_named(tmp_path: Path) -> N
 
 def record_warm_sensor(folder: Path) -> Recordings:
     """Recordings whose pressure sensor reads more when warm, while the oil warms more or less with the run order."""
-    recordings, share = record_temperature(folder, 714, "order")
+    recordings = record(folder, seed=714, count=COUNT)
     assert recordings.signals is not None
+    assert recordings.run_order is not None
+    share = recordings.run_order / (COUNT - 1)
     warm = 30 + 30 * share + np.random.default_rng(714).uniform(0, 20, COUNT)
-    world = record(folder, seed=714, count=COUNT)
-    assert world.signals is not None
-    pressure = world.signals["pressure"] + 0.004 * (warm[:, None] - 20)
-    channel = replace(recordings.further["oil_temperature"], values=np.tile(warm[:, None], (1, pressure.shape[1])))
-    return replace(world, signals=replace(world.signals, pressure=pressure), further={"oil_temperature": channel})
+    pressure = recordings.signals["pressure"] + 0.004 * (warm[:, None] - 20)
+    channel = FurtherChannel("degC", np.tile(warm[:, None], (1, pressure.shape[1])))
+    return replace(recordings, signals=replace(recordings.signals, pressure=pressure),
+                   further={"oil_temperature": channel})
 
 
 def test_an_error_of_a_sensor_over_a_channel_is_tested_as_one_over_the_run_order_is(tmp_path: Path) -> None:
@@ -98,6 +100,18 @@ def test_an_error_of_a_sensor_over_a_channel_is_tested_as_one_over_the_run_order
                     for finer in (0, 1))
     assert fine.shape[1] > coarse.shape[1]
     np.testing.assert_allclose(coarse.sum(axis=1), sensor_errors.drift(scene, "pressure sensor"))  # it may be constant
+
+
+@pytest.mark.parametrize("finer", [0, 1])
+def test_a_law_over_a_channel_has_the_columns_of_its_basis_also_where_the_channel_is_the_same_in_all_runs(
+        tmp_path: Path, finer: int) -> None:
+    recordings = record_warm_sensor(tmp_path)
+    channel = recordings.further["oil_temperature"]
+    for values in (channel.values, np.full(channel.values.shape, 60.0)):
+        changed = replace(recordings, further={"oil_temperature": replace(channel, values=values)})
+        scene, pair = Scene.of(HEAVY, changed, NamingSettings()), ("pressure sensor", "oil temperature")
+        basis = sensor_errors.reading(scene, *pair, scene.smooth["pressure"], finer)
+        assert of_sensor(pair, scene, finer).onto.shape[1] == basis.shape[1]
 
 
 @pytest.mark.slow
