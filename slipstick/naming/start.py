@@ -248,10 +248,18 @@ def _onset(scene: Scene, pressure: np.ndarray, late: Late, rough: CurvedFit) -> 
 
 
 def _torque(scene: Scene, closing_piston: Closing | None) -> np.ndarray:
-    """Output torque (n, k) in N m up to lock-up: measured up to full contact, and from then on that of the clutch."""
+    """Output torque (n, k) in N m up to lock-up, for columns: that of the clutch, or else the averaged measured one.
+
+    The average of a correlated noise is hardly less than this, and columns would contain what the residuals of load and
+    input contain. It is only taken where full contact is not explained, or there is no pressure.
+    """
     averaged = scipy.ndimage.gaussian_filter1d(scene.measured("output_torque"), _AVERAGED, axis=1)
     if closing_piston is None:
         return np.asarray(averaged)
     onset = closing_piston.onset
     clutch = closing_piston.block.at(onset.shared)  # where the torque is not a measured one, it is late as well
-    return np.where(closing_piston.counted, clutch.predicted_beyond(onset.points), averaged)
+    closing = clutch.predicted_beyond(onset.points)
+    contact = fit(ContactBlock(scene, clutch.pressure, onset.points, clutch.late))
+    if not is_unexplained(contact.chi2, contact.chi2, scene.settings):
+        averaged = clutch.predicted_beyond(np.concatenate([contact.points, onset.points[:, 1:]], axis=1))
+    return np.where(closing_piston.counted, closing, averaged)

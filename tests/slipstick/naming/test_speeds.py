@@ -1,4 +1,4 @@
-"""Errors and noise of speeds, and drifting conditions, are no laws."""
+"""Noise of the speeds and of the torque that drives them, and drifting conditions, are no laws."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.input import InputBlock
 from slipstick.naming.load import LoadBlock
 from slipstick.naming.piston import ClutchBlock
-from slipstick.naming.scene import Scene
+from slipstick.naming.scene import Pair, Scene
 from slipstick.naming.start import Start, _first, begin
 from tests.benches import COMPACT, HEAVY
 from tests.slipstick.naming.engagements import scene_of
@@ -69,7 +69,7 @@ def test_a_speed_that_is_not_explained_remains_the_measured_one() -> None:
     assert not np.array_equal(clutch.scene.smooth["input_speed"], before.scene.smooth["input_speed"])
 
 
-# Strongly correlated noise of a speed sensor is no law over that speed.
+# Strongly correlated noise of a speed sensor is no law over that speed, nor that of the torque one of the converter.
 
 
 NOISE, MEMORY = 0.03, 0.9
@@ -84,9 +84,23 @@ def test_correlated_noise_of_a_speed_is_no_law_over_it() -> None:
     assert _gain(fit(InputBlock(scene))) > settings.nats
 
 
-def _gain(fitted: BlockFit) -> float:
-    """What the law gains in nats."""
-    return float(gains([table(fitted, [LAW])], [], [LAW])[0].nats.sum())
+LAG = ("converter torque", "lag")
+
+
+def test_correlated_noise_of_the_torque_is_no_law_of_what_it_drives() -> None:
+    scene = _loud(scene_of(COMPACT, Model(COMPACT.physics), 24, seed=3), "output_torque")
+    start = begin(scene, lambda _: None)
+    assert _gain(start.fits["input"], LAG) < 0.5 * scene.settings.nats
+    # An average over a few samples contains the noise that the residual contains.
+    scene = start.fits["input"].block.scene
+    averaged = scipy.ndimage.gaussian_filter1d(scene.measured("output_torque"), 4.0, axis=1)
+    driven = scene.explained("output_torque", scene.model_torque(averaged))
+    assert _gain(fit(InputBlock(driven)), LAG) > scene.settings.nats
+
+
+def _gain(fitted: BlockFit, law: Pair = LAW) -> float:
+    """What a law gains in nats."""
+    return float(gains([table(fitted, [law])], [], [law])[0].nats.sum())
 
 
 def _loud(scene: Scene, name: str) -> Scene:
