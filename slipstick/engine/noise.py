@@ -1,11 +1,12 @@
 """The noise of a sensor, from its signal, and from what a fit leaves of it.
 
 A signal shows its noise only in differences of neighbouring samples, which say little of strongly correlated noise.
-What a fit leaves has no signal, so that differences over more samples show the noise as well. A model that lacks
-something leaves that, too: slowly, so that second differences lack it, or suddenly in a few samples, which are left
-out.
+What a fit leaves has no signal, so that differences over more samples show the noise as well, and that of inputs which
+the equations integrate. A model that lacks something leaves that, too: slowly, so that second differences lack it, or
+suddenly in a few samples, which are left out.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,11 +14,16 @@ import scipy
 
 from slipstick.errors import InvalidValue
 
-_LAGS = (1, 2, 4, 8)
+LAGS = (1, 2, 4, 8)
 """Samples between those of a second difference."""
+LONGER = (*LAGS, 16)
+"""The same where the noise of an input is unknown that equations integrate: its power is then known to 10 % and not to
+40 %. Over 32 samples it was doubled by a strong effect that was missing."""
 _BEGIN, HIGHEST = 0.9, 0.999
 """Largest magnitude of an autocorrelation by differences of neighbours, which hardly depend on a larger one, and at
 all: a random walk has 1."""
+CORRELATIONS = np.tanh(np.linspace(-0.5, 2.5, 7))
+"""Autocorrelations for which the noise of an input is drawn: between these, what it adds changes by less than half."""
 _LEAST = 0.1
 """Least standard deviation, over the least that could by itself give the second differences of neighbouring samples."""
 _KEPT = 0.8
@@ -26,6 +32,8 @@ multiple of the resolution of the sensor."""
 _SECOND_ERROR = 6.0
 """Sampling variance of the logarithm of the robust variance of second differences, times the number of samples: 1.8
 times that of independent normal values (correlation of neighbouring differences, and the values that are left out)."""
+_NONE = 1e-300
+"""Least variance of which there is a logarithm."""
 _THIRD, _LAGGED = np.array([1.0, -3.0, 3.0, -1.0]), np.array([1.0, -2.0, 0.0, 2.0, -1.0])
 _ROUNDED = 100.0
 """Spacings of floating point numbers below which differences of a signal are no noise, but rounding."""
@@ -49,24 +57,44 @@ class Noise:
         return self.std**2 * (1 + self.correlation) / (1 - self.correlation)
 
 
-def estimate_sensor_noise(name: str, values: np.ndarray) -> Noise:
-    """Return the noise in rows (n, k) of the signal `name`, from third differences and sums of two successive ones.
+@dataclass(frozen=True)
+class Differences:
+    """Standard deviations of the `third` differences of a signal, and of the sums of two successive ones, `lagged`.
 
-    A smooth signal does not reach either, and jumps are rare. Raises `InvalidValue` if there is no noise.
+    A smooth signal does not reach either, and jumps are rare, so that these are those of the noise.
     """
-    third, lagged = (robust_std(_convolve(values, taps)) for taps in (_THIRD, _LAGGED))
-    if not third > _ROUNDED * np.spacing(np.abs(values).max()):
+
+    third: float
+    lagged: float
+
+    @classmethod
+    def of(cls, values: np.ndarray) -> "Differences":
+        """Return those of rows (n, k)."""
+        return cls(*(robust_std(_convolve(values, taps)) for taps in (_THIRD, _LAGGED)))
+
+    def noise(self, correlation: float) -> Noise:
+        """Return the noise of a correlation that has these third differences."""
+        return Noise(float(self.third / np.sqrt(filter_variance(_THIRD, correlation))), correlation)
+
+    def excess(self, correlation: float) -> float:
+        """Return by how much the sums that belong to a correlation exceed those of the signal, as a logarithm."""
+        ratio = filter_variance(_LAGGED, correlation) / filter_variance(_THIRD, correlation)
+        return float(np.log(ratio * self.third**2 / self.lagged**2))
+
+
+def estimate_sensor_noise(name: str, values: np.ndarray) -> Noise:
+    """Return the noise in rows (n, k) of the signal `name`, from its differences.
+
+    Raises `InvalidValue` if there is no noise.
+    """
+    shown = Differences.of(values)
+    if not shown.third > _ROUNDED * np.spacing(np.abs(values).max()):
         raise InvalidValue(f"The signal {name} shows no noise, so its residuals cannot be weighted",
                            "Record it with a finer resolution, or add the noise of its sensor")
-
-    def excess(rho: float) -> float:
-        return filter_variance(_LAGGED, rho) * third**2 - filter_variance(_THIRD, rho) * lagged**2
-
-    low, high = excess(-HIGHEST), excess(HIGHEST)
-    rho = scipy.optimize.brentq(excess, -HIGHEST, HIGHEST) if low < 0 < high else (
+    low, high = shown.excess(-HIGHEST), shown.excess(HIGHEST)
+    rho = scipy.optimize.brentq(shown.excess, -HIGHEST, HIGHEST) if low < 0 < high else (
         HIGHEST if high <= 0 else -HIGHEST)
-    rho = float(np.clip(rho, -_BEGIN, _BEGIN))
-    return Noise(float(third / np.sqrt(filter_variance(_THIRD, rho))), rho)
+    return shown.noise(float(np.clip(rho, -_BEGIN, _BEGIN)))
 
 
 def bound_noise(noise: Noise, values: np.ndarray) -> Noise:
@@ -82,32 +110,69 @@ def _convolve(values: np.ndarray, taps: np.ndarray) -> np.ndarray:
     return np.asarray(np.apply_along_axis(np.convolve, 1, values, taps, "valid"))
 
 
-def estimate_residual_noise(left: np.ndarray, counted: np.ndarray, carried: np.ndarray | None, noise: Noise) -> Noise:
-    """Return the noise of a sensor of whose signal a fit leaves `left` (n, k), where `counted` (n, k).
+def second_variances(values: np.ndarray, counted: np.ndarray, lags: Sequence[int]) -> np.ndarray:
+    """Variances (o, lags) of the second differences of o signals (n, o, k), 0 where too few samples count."""
+    return np.array([[second_variance(values[:, place], counted[:, place], samples) for samples in lags]
+                     for place in range(values.shape[1])])
 
-    `carried` (r, k) are draws of what the noise of measured inputs contributes. Where too few samples count, the sensor
-    keeps its assumed `noise`.
+
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """What the noise of an input adds to second differences: `variances` (c, o, lags) at the `correlations` (c,).
+
+    At each, the noise is that which the input `shows` by its own differences.
     """
-    observed = np.array([second_variance(left, counted, samples) for samples in _LAGS])
-    if not np.all(observed > 0):
-        return noise
-    known = np.zeros(len(_LAGS)) if carried is None else np.array(
-        [second_variance(carried, np.broadcast_to(counted[:len(carried)], carried.shape), samples)
-         for samples in _LAGS])
+
+    shows: Differences
+    correlations: np.ndarray
+    variances: np.ndarray
+
+    def at(self, correlation: float) -> np.ndarray:
+        """Return the variances (o, lags) at a correlation."""
+        place, logs = np.arctanh(correlation), np.log(np.maximum(self.variances, _NONE))
+        low = int(np.clip(np.searchsorted(grid := np.arctanh(self.correlations), place) - 1, 0, len(grid) - 2))
+        share = (place - grid[low]) / (grid[low + 1] - grid[low])
+        return np.asarray(np.exp((1 - share) * logs[low] + share * logs[low + 1]))
+
+
+def estimate_residual_noise(lags: Sequence[int], observed: np.ndarray, known: np.ndarray, sensors: Sequence[Noise],
+                            inputs: Sequence[tuple[Noise, Carried]] = ()) -> tuple[list[Noise], list[Noise]]:
+    """Return the noise of o sensors, and of inputs, by the second differences that a fit leaves of the signals.
+
+    `observed` (o, lags) are their variances over the `lags` in samples, of which `known` ones come from the noise of
+    other inputs. With the correlation of one of the `inputs`, its noise has the third differences of its signal: what
+    it adds is then known, and its power at low frequencies differs widely. A sensor of which too few samples count
+    keeps its noise.
+    """
+    shown = np.flatnonzero((observed > 0).all(axis=1)).tolist()
+    most, middle = float(np.arctanh(HIGHEST)), [np.arctanh(float(np.clip(each.correlation, -_BEGIN, _BEGIN)))
+                                                for each in (*(sensors[place] for place in shown),
+                                                             *(noise for noise, _ in inputs))]
+    if not len(shown):
+        return list(sensors), [noise for noise, _ in inputs]
+    least = np.log(_LEAST * np.sqrt(observed[shown, 0] / filter_variance(second_taps(1), -1.0)))
+    size = 0.5 * np.log([observed[place, 0] / filter_variance(second_taps(1), float(np.tanh(each)))
+                         for place, each in zip(shown, middle, strict=False)])
 
     def log_ratios(values: np.ndarray) -> np.ndarray:
-        rho = float(np.tanh(values[1]))
-        own = np.exp(2 * values[0]) * np.array([filter_variance(second_taps(samples), rho) for samples in _LAGS])
-        return np.asarray(np.log((own + known) / observed))
+        stds, correlations = np.exp(values[:len(shown)]), np.tanh(values[len(shown):])
+        rest = correlations[len(shown):]
+        added = known[shown] + sum(carried.at(rho)[shown] for rho, (_, carried) in zip(rest, inputs, strict=True))
+        own = [[std**2 * filter_variance(second_taps(samples), rho) for samples in lags]
+               for std, rho in zip(stds, correlations, strict=False)]
+        off = [carried.shows.excess(rho) for rho, (_, carried) in zip(rest, inputs, strict=True)]
+        return np.concatenate([np.log((np.array(own) + added) / observed[shown]).ravel(), off])
 
-    most = float(np.arctanh(HIGHEST))
-    least = float(np.log(_LEAST * np.sqrt(observed[0] / filter_variance(second_taps(1), -1.0))))
-    bounds = (least, -most), (np.inf, most)
-    correlation = float(np.clip(noise.correlation, -_BEGIN, _BEGIN))
-    begin = np.clip([0.5 * np.log(observed[0] / filter_variance(second_taps(1), correlation)), np.arctanh(correlation)],
-                    *bounds)
+    limits = [np.arctanh(carried.correlations[[0, -1]]) for _, carried in inputs]
+    bounds = (np.concatenate([least, np.full(len(shown), -most), [low for low, _ in limits]]),
+              np.concatenate([np.full(len(shown), np.inf), np.full(len(shown), most), [high for _, high in limits]]))
+    begin = np.clip(np.concatenate([size, middle]), *bounds)
     estimate = scipy.optimize.least_squares(log_ratios, begin, bounds=bounds).x
-    return Noise(float(np.exp(estimate[0])), float(np.tanh(estimate[1])))
+    correlations, noise = np.tanh(estimate[len(shown):]), list(sensors)
+    for number, place in enumerate(shown):
+        noise[place] = Noise(float(np.exp(estimate[number])), float(correlations[number]))
+    return noise, [carried.shows.noise(float(rho)) for rho, (_, carried) in zip(correlations[len(shown):], inputs,
+                                                                                 strict=True)]
 
 
 def estimate_loudness(left: np.ndarray, counted: np.ndarray) -> np.ndarray:

@@ -7,18 +7,32 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipstick.engine.approach import approach, approach_each
-from slipstick.engine.disturbances import estimate_disturbances
+from slipstick.engine.disturbances import estimate_disturbances, estimate_input_noise
 from slipstick.engine.doing import Doing, Log
 from slipstick.engine.equations import refine
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, multiply, screen
 from slipstick.engine.fit import HOPED, SETTLED, Fit, begin, fit, join, join_recorded
 from slipstick.engine.laws import CONSTANT, FINER, Candidate, list_candidates, list_curves
 from slipstick.engine.model import State, nominal_own_values
-from slipstick.engine.noise import Noise, bound_noise, draw_noise, estimate_loudness, estimate_residual_noise
+from slipstick.engine.noise import (
+    CORRELATIONS,
+    LAGS,
+    LONGER,
+    Carried,
+    Differences,
+    Noise,
+    bound_noise,
+    draw_noise,
+    estimate_loudness,
+    estimate_residual_noise,
+    second_variances,
+)
+from slipstick.engine.part_fit import PartFit
+from slipstick.engine.preparation import straighten
 from slipstick.engine.priors import Prior
 from slipstick.engine.recordings import Pair, Part, Recorded, explain
 from slipstick.engine.settings import EngineSettings
-from slipstick.machine.declaration import identifier_of
+from slipstick.machine.declaration import Machine, identifier_of
 from slipstick.numerics.threads import in_one_blas_thread
 
 _LEAST_CHI = 1e-3
@@ -362,6 +376,8 @@ def _renew(fits: Sequence[Fit], shown: Sequence[Fit], settings: EngineSettings) 
         reads = {identifier_of(signal) for part in recorded.parts for signal in part.read} & set(given)
         # Of a part without states, what it leaves tells only the noise of its signal and of its inputs together.
         parts = tuple(_hear(part, given) if part.block.states else part for part in recorded.parts)
+        if each in quiet:
+            parts = tuple(_quieten(part, each) for part in parts)
         recorded = explain(replace(recorded, parts=parts), explained)
         is_fitted = each in quiet or reads
         renewed.append(temper(each.again(recorded), settings) if is_fitted else replace(each, recorded=recorded))
@@ -385,6 +401,29 @@ def _explain_signals(fitted: Fit, settings: EngineSettings) -> dict[str, np.ndar
     return explained
 
 
+def _quieten(part: Part, fitted: Fit) -> Part:
+    """Return a part whose measured inputs that no block gives are without the noise that it shows.
+
+    Columns from an input with noise are biased, as the residual contains this as well. What is left of it beside its
+    mean given the residual is independent of that (regression calibration: Carroll et al., Measurement Error in
+    Nonlinear Models, 2006, chapter 4).
+    """
+    own = _list_own_inputs(part, fitted.recorded.machine)
+    if not own:
+        return part
+    inputs, beyond, shown = dict(part.inputs), dict(part.beyond), estimate_input_noise(fitted.models[part.name], own)
+    for name, noise in shown.items():
+        read, noise = part.inputs[name][:, ::part.fine] + part.beyond[name], straighten(noise)
+        inputs[name], beyond[name] = refine(read - noise, part.fine), noise
+    return replace(part, inputs=inputs, beyond=beyond)
+
+
+def _list_own_inputs(part: Part, machine: Machine) -> list[str]:
+    """Return the measured inputs of a part that no block gives, by identifier: it alone tells of their noise."""
+    own = {identifier_of(name) for name in machine.driving}
+    return [name for name in part.noise if name in own and part.block.states]
+
+
 def _hear(part: Part, given: Mapping[str, tuple[Noise, np.ndarray]]) -> Part:
     """Return a part whose measured inputs have the noise that the parts show which give them, by identifier."""
     heard = {name: given.get(name, (noise, part.input_loudness[:, place]))
@@ -401,27 +440,40 @@ def fit_bare(group: Recorded, state: State | None = None, variance: np.ndarray |
 
 
 def renew_noise(bare: Fit) -> Recorded:
-    """Return the recordings with the noise of sensors that a fit leaves.
+    """Return the recordings with the noise of sensors that a fit leaves, and of measured inputs that no part explains.
 
     Of parts with disturbances, it leaves these as well.
     """
-    random = np.random.default_rng(0)
     parts = list[Part]()
     for part in bare.recorded.parts:
-        model = bare.models[part.name]
+        model, shape = bare.models[part.name], (len(part.measured), part.measured.shape[2])
         if part.disturbances:
             parts.append(estimate_disturbances(model))
             continue
-        n, o, k = part.measured.shape
-        carried = model.carry({name: draw_noise(noise, (n, k), random) for name, noise in part.noise.items()})
-        loudness = np.stack([estimate_loudness(model.residual[:, place], part.counted[:, place]) for place in range(o)],
-                            axis=1)
-        scaled = 1 / loudness[:, :, None]
-        left, whole, carried = scaled * model.residual, scaled * part.measured, scaled * carried
-        parts.append(replace(part, loudness=loudness, sensors=tuple(
-            bound_noise(estimate_residual_noise(left[:, place], part.counted[:, place],
-                                                carried[:, place] if part.noise else None, sensor), whole[:, place])
-            for place, sensor in enumerate(part.sensors))))
+        loudness = np.stack([estimate_loudness(model.residual[:, place], part.counted[:, place])
+                             for place in range(len(part.signals))], axis=1)
+
+        unknown = _list_own_inputs(part, bare.recorded.machine)
+        others = {name: noise for name, noise in part.noise.items() if name not in unknown}
+        own = {identifier_of(name): Differences.of(values) for name, values in bare.recorded.runs.signals.items()
+               if identifier_of(name) in unknown}
+        lags = LONGER if own else LAGS
+
+        def vary(values: np.ndarray, part: Part = part, loudness: np.ndarray = loudness,
+                 lags: Sequence[int] = lags) -> np.ndarray:
+            return second_variances(values / loudness[:, :, None], part.counted, lags)
+
+        def carry(noise: Mapping[str, Noise], model: PartFit = model, shape: tuple[int, int] = shape) -> np.ndarray:
+            random = np.random.default_rng(0)
+            return model.carry({name: draw_noise(each, shape, random) for name, each in noise.items()})
+
+        inputs = [(part.noise[name], Carried(shows, CORRELATIONS, np.array(
+            [vary(carry({name: shows.noise(rho)})) for rho in CORRELATIONS.tolist()]))) for name, shows in own.items()]
+        sensors, estimated = estimate_residual_noise(lags, vary(model.residual), vary(carry(others)), part.sensors,
+                                                     inputs)
+        whole = part.measured / loudness[:, :, None]
+        parts.append(replace(part, loudness=loudness, noise={**part.noise, **dict(zip(own, estimated, strict=True))},
+                             sensors=tuple(bound_noise(each, whole[:, place]) for place, each in enumerate(sensors))))
     return replace(bare.recorded, parts=tuple(parts))
 
 

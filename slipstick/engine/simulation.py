@@ -9,7 +9,7 @@ from slipstick.engine.measured_law import Law
 from slipstick.engine.trajectory import solve
 from slipstick.errors import InvalidValue
 from slipstick.machine.declaration import SENSOR, Machine, identifier_of
-from slipstick.machine.experiments import Experiments
+from slipstick.machine.experiments import Experiments, require_simulated
 from slipstick.machine.runs import Profile, Runs
 from slipstick.machine.runs_file import units_of
 from slipstick.machine.system import System, system_of
@@ -25,9 +25,10 @@ def simulate(machine: Machine, time: np.ndarray, commands: Mapping[str, Profile]
     """Return the signals (n, k) of a machine at equidistant instants `time` (k,) in s, for n runs.
 
     `values` are the parameters and the conditions by name, numbers or (n,). The equations are integrated with `fine`
-    steps between two instants. Raises `InvalidValue` for a value that is missing, and for a law over something that a
-    simulation does not have.
+    steps between two instants. Raises `InvalidValue` for a value that is missing, for a machine that is driven by a
+    measured signal, and for a law over something that a simulation does not have.
     """
+    require_simulated(machine)
     block = compose(machine).blocks[0]
     system, count = system_of(block), _count_runs(commands, values)
     instants = np.linspace(time[0], time[-1], fine * (len(time) - 1) + 1)

@@ -16,6 +16,7 @@ from typing import TypeVar
 import numpy as np
 
 from slipstick.engine.doing import Doing, Log
+from slipstick.engine.equations import refine
 from slipstick.engine.evidence import Screened, agree, expect, hold_out, multiply, screen
 from slipstick.engine.fit import Fit, join, require_solutions
 from slipstick.engine.kinds import KindOfLaw, find_kinds
@@ -25,7 +26,7 @@ from slipstick.engine.loops import join_loops
 from slipstick.engine.measured_law import Law, measure
 from slipstick.engine.model import State
 from slipstick.engine.preparation import prepare
-from slipstick.engine.recordings import Pair, Recorded
+from slipstick.engine.recordings import Pair, Part, Recorded
 from slipstick.engine.selection import Finding, Identification, fit_bare, identify, list_unexplained, settle
 from slipstick.engine.settings import EngineSettings
 from slipstick.engine.simulation import simulate
@@ -88,8 +89,9 @@ class ParameterEstimate:
     """The mean over the runs of a parameter, its standard error, its scatter between runs, and its `nominal` value.
 
     All are in its unit. It is `known` where the recordings have told more than what was known before, and `beyond`
-    where the mean is outside of three standard deviations of that, or the scatter above the declared one. A mean that
-    recordings ask to be further away is held there, and has the error of what was known before.
+    where the mean is outside of three standard deviations of that, or the scatter above the declared one by three
+    standard errors that it would have if each run showed its parameter exactly. A mean that recordings ask to be
+    further away is held there, and has the error of what was known before.
     """
 
     name: str
@@ -214,6 +216,7 @@ def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:
     estimates, recorded = list[ParameterEstimate](), fit.recorded
     terms = (*recorded.random, *recorded.shared)
     scatter, held = np.append(np.sqrt(fit.fitted.variance), np.zeros(len(recorded.shared))), fit.fitted.held
+    most = 1 + 3 / np.sqrt(2 * len(recorded))  # of an estimated scatter over the true one
     for place, term in enumerate(terms):
         declared = {each.name: each for each in recorded.machine.parameters}.get(term.name)
         if declared is None:
@@ -222,7 +225,7 @@ def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:
         mean = fit.fitted.coefficients[place]
         error = term.std if held[place] else np.sqrt(fit.fitted.covariance[place, place])
         is_beyond = (held[place] or abs(mean - term.target) > 3 * declared.within
-                     or scatter[place] > declared.scatter > 0)
+                     or scatter[place] > most * declared.scatter > 0)
         estimated = float(nominal * np.exp(mean) if term.is_factor else nominal + term.size * mean)
         size = abs(estimated) if term.is_factor else term.size
         estimates.append(ParameterEstimate(term.name, estimated, float(size * error), float(size * scatter[place]),
@@ -240,7 +243,8 @@ def _confirm(machine: Machine, runs: Runs, values: Mapping[str, float] | None, n
             for place, signal in enumerate(part.signals)}
     part = whole.parts[0]
     disturbances = {name: noise for each in blocks.recorded.parts for name, noise in each.disturbances.items()}
-    part = replace(part, disturbances=disturbances, sensors=tuple(noise[name] for name in part.signals),
+    part = replace(_hear_inputs(part, blocks.recorded.parts), disturbances=disturbances,
+                   sensors=tuple(noise[name] for name in part.signals),
                    loudness=np.stack([loud[name] for name in part.signals], axis=1))
     whole = replace(whole, parts=(part,), signals=blocks.recorded.signals, executor=blocks.recorded.executor)
     start, variance = _begin_whole(whole, blocks)
@@ -281,6 +285,20 @@ def _begin_whole(whole: Recorded, blocks: Fit) -> tuple[State, np.ndarray]:
     values = np.array([shared.get(term.name.partition(" in ")[0], term.target) for term in whole.shared])
     state = State(blocks.state.points[:, places], blocks.state.means[places], values, {})
     return state, blocks.fitted.variance[places]
+
+
+def _hear_inputs(part: Part, blocks: Sequence[Part]) -> Part:
+    """Return a part whose measured inputs have the noise that the `blocks` show, and are without it as far as there."""
+    noise, inputs, beyond, loudness = dict(part.noise), dict(part.inputs), dict(part.beyond), list[np.ndarray]()
+    for name in noise:
+        block = next(each for each in blocks if name in each.noise)
+        noise[name], samples = block.noise[name], block.beyond[name].shape[1]
+        loudness.append(block.input_loudness[:, list(block.noise).index(name)])
+        read = inputs[name][:, ::part.fine].copy()  # the whole machine goes on to the end of the recordings
+        read[:, :samples], beyond[name] = block.inputs[name][:, ::block.fine], beyond[name].copy()
+        inputs[name], beyond[name][:, :samples] = refine(read, part.fine), block.beyond[name]
+    return replace(part, noise=noise, inputs=inputs, beyond=beyond,
+                   input_loudness=np.stack(loudness, axis=1) if loudness else part.input_loudness)
 
 
 def _with_knots(candidate: Candidate, law: Candidate) -> Candidate:

@@ -98,6 +98,19 @@ class Whitening:
                     self.roots, out)
         return out.reshape(n, c, o * k)
 
+    def estimate_inputs(self, left: np.ndarray) -> np.ndarray:
+        """Return the mean of the noise of inputs (n, r, k), given all of the residuals (n, o, k), with carried noise.
+
+        By the fast state smoother (Durbin and Koopman, section 4.6.2).
+        """
+        assert self.carried is not None
+        noise, (n, o, k) = self.carried, left.shape
+        variance = (np.array([each.std for each in noise.inputs]) * noise.loudness) ** 2
+        white, out = self.apply(left[:, None]).reshape(n, o, k), np.zeros((n, len(noise.inputs), k))
+        _smooth_inputs(white, self.counted, self.rho, noise.rho, variance, noise.A, noise.F, noise.G, noise.C, noise.E,
+                       self.gains, self.roots, out)
+        return out
+
     def log_likelihood(self, left: np.ndarray) -> float:
         """Return the log likelihood of residuals (n, o, k) in nats, up to a constant, with noise that is carried."""
         known = self.roots[self.roots > 0]  # those of samples that are counted
@@ -309,3 +322,47 @@ def _filter(columns, counted, rho, input_rho, A, F, G, C, E, gains, roots, out):
                     for o in range(outputs):
                         for g in range(count):
                             state[d + r + o, g] *= rho[o]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _smooth_inputs(white, counted, rho, input_rho, variance, A, F, G, C, E, gains, roots, out):  # type: ignore[no-untyped-def]
+    n, outputs, k = white.shape
+    d, r = A.shape[2], len(input_rho)
+    size = d + r + outputs
+    pull, before = np.empty(size), np.empty(size)  # what all samples from here on say of states and noise
+    for i in range(n):
+        last = _find_last(counted[i])
+        pull[:] = 0.0
+        for t in range(last - 1, -1, -1):
+            if t + 1 < last:
+                for b in range(r):  # of what is new in an input, which acts at the end of the step already
+                    total = pull[d + b]
+                    for a in range(d):
+                        total += G[i, t, a, b] * pull[a]
+                    out[i, b, t + 1] = total
+                for b in range(d):
+                    before[b] = 0.0
+                    for a in range(d):
+                        before[b] += A[i, t, a, b] * pull[a]
+                for b in range(r):
+                    before[d + b] = input_rho[b] * pull[d + b]
+                    for a in range(d):
+                        before[d + b] += (F[i, t, a, b] + input_rho[b] * G[i, t, a, b]) * pull[a]
+                for o in range(outputs):
+                    before[d + r + o] = rho[o] * pull[d + r + o]
+                pull[:] = before
+            for o in range(outputs - 1, -1, -1):
+                if not counted[i, o, t]:
+                    continue
+                told = white[i, o, t] * roots[i, t, o]
+                for a in range(size):
+                    told -= gains[i, t, o, a] * pull[a]
+                for a in range(d):
+                    pull[a] += C[i, o, t, a] * told
+                for b in range(r):
+                    pull[d + b] += E[i, o, t, b] * told
+                pull[d + r + o] += told
+        for b in range(r):
+            out[i, b, 0] = variance[i, b] * pull[d + b]
+            for t in range(1, k):
+                out[i, b, t] = input_rho[b] * out[i, b, t - 1] + variance[i, b] * (1 - input_rho[b] ** 2) * out[i, b, t]

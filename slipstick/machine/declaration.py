@@ -365,6 +365,13 @@ class Machine:
         require_names([*block.states, *(f"{name} side" for name in block.switches)], f"states of '{block.name}'")
 
     @cached_property
+    def driving(self) -> tuple[str, ...]:
+        """The signals that blocks read and sensors measure, but no block gives: a simulation does not have them."""
+        given = {signal for block in self.blocks for signal in block.signals}
+        read = {name for block in self.blocks for name in block.reads} - given
+        return tuple(sensor.signal for sensor in self.sensors if sensor.signal in read)
+
+    @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """The parameters of all blocks, each once."""
         return tuple(dict.fromkeys(each for block in self.blocks for each in block.parameters))

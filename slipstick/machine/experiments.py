@@ -1,6 +1,7 @@
 """The experiments of a machine: all combinations of the profiles of its commands and the levels of its conditions."""
 
 import itertools
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -34,8 +35,16 @@ class Experiments:
 
 def has_experiments(machine: Machine) -> bool:
     """Whether a machine says how it is run: one that is not simulated may have recorded runs."""
-    return machine.duration > 0 and all(each.profiles for each in machine.commands) and all(
+    return machine.duration > 0 and not machine.driving and all(each.profiles for each in machine.commands) and all(
         each.levels for each in machine.conditions)
+
+
+def require_simulated(machine: Machine) -> None:
+    """Raise `InvalidValue` for a machine that is driven by a measured signal, which a simulation does not have."""
+    for name in machine.driving:
+        raise InvalidValue(f"The machine '{machine.name}' cannot be simulated: it reads '{name}', which no block gives",
+                           "To simulate it, declare a Command of this name in the place of the Sensor. Recorded runs "
+                           "can be studied and calibrated as it is")
 
 
 def list_experiments(machine: Machine) -> Experiments:
@@ -44,6 +53,7 @@ def list_experiments(machine: Machine) -> Experiments:
     if not (machine.duration > 0 and 0 < machine.step <= machine.duration / 2):
         raise InvalidValue(f"{place}: it has no duration, or no step of at most half of it",
                            f"{remedy} `duration` and `step` in s, such as Machine(..., duration=2.0, step=0.01)")
+    require_simulated(machine)
     for command in machine.commands:
         if not command.profiles:
             raise InvalidValue(f"{place}: the command '{command.name}' has no profile",
@@ -55,7 +65,7 @@ def list_experiments(machine: Machine) -> Experiments:
                                f'Give them, such as Condition("{condition.name}", "{condition.unit}", '
                                "levels=(0.5, 1.0))")
     choices = [*(range(len(each.profiles)) for each in machine.commands), *(each.levels for each in machine.conditions)]
-    table = np.array(list(itertools.product(*choices)), float).reshape(-1, len(choices))
+    table = np.array(list(itertools.product(*choices)), float).reshape(math.prod(map(len, choices)), len(choices))
     numbers = {each.name: table[:, place].astype(int) for place, each in enumerate(machine.commands)}
     levels = {each.name: table[:, len(numbers) + place] for place, each in enumerate(machine.conditions)}
     count = round(machine.duration / machine.step) + 1

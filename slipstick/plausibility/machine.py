@@ -68,7 +68,7 @@ def _check_blocks(machine: Machine) -> Iterator[Finding]:
     for sensor in machine.sensors:
         if sensor.signal not in given:
             yield Finding(sensor.signal, "it is measured, and no block gives it",
-                          "the simulation of the whole machine is not driven by commands alone",
+                          "it is only something that laws may depend on",
                           "Declare the block that gives it, or accept that what is missing there is not found")
     for block in machine.blocks:
         if not block.quantities:

@@ -5,13 +5,19 @@ import pytest
 from scipy.signal import lfilter
 
 from slipstick.engine.noise import (
+    CORRELATIONS,
     HIGHEST,
+    LAGS,
+    LONGER,
+    Carried,
+    Differences,
     Noise,
     bound_noise,
     draw_noise,
     estimate_loudness,
     estimate_residual_noise,
     estimate_sensor_noise,
+    second_variances,
 )
 from slipstick.errors import InvalidValue
 
@@ -35,6 +41,15 @@ def jump(std: float) -> np.ndarray:
     """Two jumps in each run."""
     places = np.random.default_rng(2).integers(10, SAMPLES - 10, (RUNS, 2, 1))
     return np.asarray(30 * std * (np.arange(SAMPLES) > places).sum(axis=1))
+
+
+def estimate(left: np.ndarray, counted: np.ndarray = EVERY, carried: np.ndarray | None = None,
+             assumed: Noise = ASSUMED) -> Noise:
+    """The noise of one sensor of whose signal a fit leaves `left` (n, k)."""
+    observed, known = second_variances(left[:, None], counted[:, None], LAGS), np.zeros((1, len(LAGS)))
+    if carried is not None:
+        known = second_variances(carried[:, None], EVERY[:len(carried), None], LAGS)
+    return estimate_residual_noise(LAGS, observed, known, [assumed])[0][0]
 
 
 @pytest.mark.parametrize("correlation", [-0.5, 0.0, 0.6, 0.95])
@@ -69,7 +84,7 @@ def test_a_smooth_signal_shows_the_noise_of_its_sensor(std: float, correlation: 
 def test_what_a_fit_leaves_shows_the_noise_of_its_sensor(std: float, correlation: float, leaves: str) -> None:
     """Whatever the model lacks, slowly or in jumps that reach a few percent of the second differences."""
     lacking = {"noise": 0.0, "slow": draw_smooth(std) / 10, "jumps": jump(std)}[leaves]
-    noise = estimate_residual_noise(draw(std, correlation) + lacking, EVERY, None, ASSUMED)
+    noise = estimate(draw(std, correlation) + lacking)
     close = (2 if leaves == "jumps" else 1) * (0.04 if correlation < 0.5 else 0.15)
     assert noise.correlation == pytest.approx(correlation, abs=0.04)
     assert noise.std == pytest.approx(std, rel=close)
@@ -77,14 +92,14 @@ def test_what_a_fit_leaves_shows_the_noise_of_its_sensor(std: float, correlation
 
 @pytest.mark.parametrize("assumed", [Noise(1e-6, -0.99), Noise(0.2, 0.3), Noise(1e6, HIGHEST)])
 def test_the_assumed_noise_does_not_matter_where_samples_count(assumed: Noise) -> None:
-    noise = estimate_residual_noise(draw(0.2, 0.3), EVERY, None, assumed)
+    noise = estimate(draw(0.2, 0.3), assumed=assumed)
     assert (noise.std, noise.correlation) == (pytest.approx(0.2, rel=0.02), pytest.approx(0.3, abs=0.02))
 
 
 def test_samples_that_do_not_count_say_nothing() -> None:
     counted = np.random.default_rng(4).uniform(size=EVERY.shape) < 0.7
     counted[:, 300:500] = False
-    noise = estimate_residual_noise(np.where(counted, draw(0.2, 0.6), 1e6), counted, None, ASSUMED)
+    noise = estimate(np.where(counted, draw(0.2, 0.6), 1e6), counted)
     assert (noise.std, noise.correlation) == (pytest.approx(0.2, rel=0.06), pytest.approx(0.6, abs=0.03))
 
 
@@ -92,8 +107,8 @@ def test_samples_that_do_not_count_say_nothing() -> None:
 def test_the_assumed_noise_stays_where_too_few_samples_count(kept: int) -> None:
     counted = np.zeros_like(EVERY)
     counted[:, :kept] = True
-    assert estimate_residual_noise(draw(0.2, 0.6), counted, None, ASSUMED) is ASSUMED
-    assert estimate_residual_noise(np.zeros(EVERY.shape), EVERY, None, ASSUMED) is ASSUMED
+    assert estimate(draw(0.2, 0.6), counted) is ASSUMED
+    assert estimate(np.zeros(EVERY.shape)) is ASSUMED
 
 
 @pytest.mark.parametrize("own", [Noise(0.2, 0.0), Noise(0.2, 0.6), Noise(0.1, -0.3)])
@@ -103,10 +118,31 @@ def test_noise_that_inputs_carry_is_taken_off(own: Noise, drawn: int) -> None:
         return np.asarray(lfilter([0.2], [1, -0.8], draw(0.5, 0.3, seed), axis=1))
 
     left = draw(own.std, own.correlation) + carry(10)
-    noise = estimate_residual_noise(left, EVERY, carry(11)[:drawn], ASSUMED)
+    noise = estimate(left, carried=carry(11)[:drawn])
     assert noise.std == pytest.approx(own.std, rel=0.08)
     assert noise.correlation == pytest.approx(own.correlation, abs=0.06)
-    assert estimate_residual_noise(left, EVERY, None, ASSUMED).std > 1.2 * own.std
+    assert estimate(left).std > 1.2 * own.std
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.5, 0.8, 0.95])
+@pytest.mark.parametrize("shift", [-0.3, 0.3])
+def test_what_is_integrated_shows_the_correlation_of_the_noise_of_an_input(correlation: float, shift: float) -> None:
+    """Its own differences hardly do: the correlation to begin with is another one."""
+    def carry(noise: Noise, seed: int) -> np.ndarray:
+        drawn = draw_noise(noise, EVERY.shape, np.random.default_rng(seed))
+        return np.asarray(lfilter([0.2], [1, -0.99], drawn, axis=1))[:, None]
+
+    read, own, every = Noise(3.0, correlation), Noise(0.5, 0.2), EVERY[:, None]
+    signal = draw_noise(read, EVERY.shape, np.random.default_rng(20)) + draw_smooth(3.0)
+    left = carry(read, 20) + draw(own.std, own.correlation)[:, None]
+    shows = Differences.of(signal)
+    carried = Carried(shows, CORRELATIONS, np.array([
+        second_variances(carry(shows.noise(rho), 21), every, LONGER) for rho in CORRELATIONS.tolist()]))
+    assumed = shows.noise(float(np.clip(correlation + shift, -0.4, 0.97)))
+    (sensor,), (noise,) = estimate_residual_noise(LONGER, second_variances(left, every, LONGER), np.zeros((1, 5)),
+                                                  [ASSUMED], [(assumed, carried)])
+    assert noise.power == pytest.approx(read.power, rel=0.15)
+    assert sensor.std == pytest.approx(own.std, rel=0.15)
 
 
 @pytest.mark.parametrize("values", [np.zeros((3, 100)), np.full((3, 100), 7.0), np.arange(300.0).reshape(3, 100)],
@@ -132,7 +168,7 @@ def test_noise_is_no_larger_than_what_the_signal_shows(lacking: float) -> None:
     """What a fit leaves of a fast movement that its model lacks is no noise."""
     own = draw(0.2, 0.6)
     left = own + lacking * 0.2 * np.random.default_rng(4).standard_normal(EVERY.shape)
-    noise = bound_noise(estimate_residual_noise(left, EVERY, None, ASSUMED), own + draw_smooth(0.2))
+    noise = bound_noise(estimate(left), own + draw_smooth(0.2))
     third = np.diff(draw_noise(noise, (RUNS, SAMPLES), np.random.default_rng(5)), 3, axis=1).std()
     assert third < 1.02 * np.diff(own, 3, axis=1).std()
     assert lacking or noise.std == pytest.approx(0.2, rel=0.03)

@@ -104,6 +104,23 @@ def test_products_are_those_under_the_inverse_covariance(carrier: Carrier, missi
 
 
 @pytest.mark.parametrize("missing", ["nothing", "ends", "gaps", "whole outputs"])
+@pytest.mark.parametrize("carrier", [each for each in CARRIERS if each.r], ids=lambda carrier: (
+    f"d{carrier.d}r{carrier.r}o{carrier.o}k{carrier.k}{'' if carrier.direct else ' indirect'}"))
+def test_the_noise_of_inputs_is_its_mean_given_the_residuals(carrier: Carrier, missing: str) -> None:
+    o, k, r = carrier.o, carrier.k, carrier.r
+    counted = choose(missing, o, k)
+    left = np.random.default_rng(6).standard_normal((RUNS, o, k))
+    whitening = Whitening.of(counted, SENSORS[:o], LOUD[:, :o], carrier.carried)
+    estimated = whitening.estimate_inputs(np.where(counted, left, 1e3))
+    for run in range(RUNS):
+        kept, pairs = counted[run].ravel(), zip(INPUTS[:r], LOUD_INPUTS[run], strict=False)
+        inputs = block_diag(*(autocovariance(*pair, k) for pair in pairs))
+        covariance = (inputs @ carrier.responses(run).T)[:, kept]
+        exact = covariance @ np.linalg.solve(carrier.covariance(run)[np.ix_(kept, kept)], left[run].ravel()[kept])
+        np.testing.assert_allclose(estimated[run].ravel(), exact, rtol=1e-8, atol=1e-8)
+
+
+@pytest.mark.parametrize("missing", ["nothing", "ends", "gaps", "whole outputs"])
 @pytest.mark.parametrize("o", [1, 2])
 def test_noise_of_sensors_alone_has_a_faster_filter_of_the_same_values(o: int, missing: str) -> None:
     counted = choose(missing, o, SAMPLES)
