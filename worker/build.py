@@ -61,8 +61,8 @@ def add_model_arguments(parser: argparse.ArgumentParser, out: Path) -> None:
                              "and for a declared machine (default: %(default)s, one per core; not used with --dask)")
     add_dask_argument(parser)
     parser.add_argument("--accuracy", choices=ACCURACIES, default="default",
-                        help="accuracy of the time integration; at nominal parameters, shifting times of `default` "
-                             "differ from those of `tight` by at most 1e-4 s")
+                        help="accuracy of the time integration of a clutch; at nominal parameters, shifting times of "
+                             "`default` differ from those of `tight` by at most 1e-4 s")
 
 
 def open_machine(arguments: argparse.Namespace) -> Simulated:
@@ -72,8 +72,9 @@ def open_machine(arguments: argparse.Namespace) -> Simulated:
             raise InvalidValue("--output is given without --machine", "Name the file that declares the machine")
         bench, model, conditions = open_simulated(arguments)
         return {"machine": bench, "model": model, "conditions": conditions}
-    for option in ("model", "conditions"):
-        if getattr(arguments, option):
+    given = {"model": arguments.model, "conditions": arguments.conditions, "accuracy": arguments.accuracy != "default"}
+    for option, is_given in given.items():
+        if is_given:
             raise InvalidValue(f"--{option} and --machine exclude each other",
                                "The file of the machine describes its simulator and its conditions")
     return {"machine": BlackBox.open(arguments.machine, arguments.output), "model": None, "conditions": None}

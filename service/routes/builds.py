@@ -89,8 +89,10 @@ def _job_input(library: Library, machines: Machines, body: BuildRequest, most_ru
     recordings = None if body.recordings is None else library.recording(body.recordings)
     bench, axes = None, None if body.axes is None else dict[str, Sequence[float]](body.axes)
     if body.machine is not None:
-        for field in ("bench", "model", "recordings"):
-            if getattr(body, field) is not None:
+        given = {"bench": body.bench, "model": body.model, "recordings": body.recordings,
+                 "accuracy": None if body.accuracy == "default" else body.accuracy}
+        for field, value in given.items():
+            if value is not None:
                 raise InvalidValue(f"`{field}` and `machine` exclude each other",
                                    "The file of the machine describes its simulator and its conditions")
         _require_runs(axes or {}, 1, most_runs)

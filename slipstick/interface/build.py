@@ -63,6 +63,7 @@ def build(machine: BenchLike | BlackBox, axes: Spans | None = None, *, model: Mo
         The file of the table. Without it the table is computed in memory only.
     accuracy : {"default", "tight"}
         Accuracy of the time integration of a clutch: shifting times of "default" are within 1e-4 s of those of "tight".
+        A black box has its own.
     threads : int, optional
         Number of threads, or of processes for a Python callable as black box; by default one per core. Processes import
         the script that calls this function: call it below `if __name__ == "__main__":` there.
@@ -90,7 +91,8 @@ def build(machine: BenchLike | BlackBox, axes: Spans | None = None, *, model: Mo
     machine = machine if isinstance(machine, BlackBox) else bench_of(machine)
     runs: Plan | BlackBoxRuns
     if isinstance(machine, BlackBox):
-        runs, items = _black_box_runs(machine, axes, model, conditions), "runs"
+        refuse_for_black_box(model, conditions, accuracy)
+        runs, items = _black_box_runs(machine, axes), "runs"
     else:
         runs, items = plan_of_bench(machine, axes, model, conditions, accuracy), "engagements"
         if executor is None:
@@ -115,9 +117,7 @@ def plan_of_bench(bench: Bench, axes: Spans | None, given: ModelLike | None,
     return Plan(model, simulated, chosen, steps)
 
 
-def _black_box_runs(file: BlackBox, axes: Spans | None, model: ModelLike | None,
-                    conditions: Conditions | Recordings | None) -> BlackBoxRuns:
-    refuse_for_black_box(model, conditions)
+def _black_box_runs(file: BlackBox, axes: Spans | None) -> BlackBoxRuns:
     ranges = {entry.name: (entry.lower, entry.upper, points)
               for entry, points in zip(file.description.inputs, file.points, strict=True)}
     chosen = axes_of(file.description, ranges if axes is None else axes)
@@ -134,10 +134,11 @@ def accuracy_of(name: str) -> Accuracy:
     return ACCURACIES[name]
 
 
-def refuse_for_black_box(model: object, conditions: object) -> None:
-    """Raise `InvalidValue` for a model or conditions, which the file of a black box has itself."""
-    for name, value in (("model", model), ("conditions", conditions)):
-        if value is not None:
+def refuse_for_black_box(model: object, conditions: object, accuracy: str) -> None:
+    """Raise `InvalidValue` for a model, conditions or an accuracy, which the file of a black box has itself."""
+    given = {"model": model is not None, "conditions": conditions is not None, "accuracy": accuracy != "default"}
+    for name, is_given in given.items():
+        if is_given:
             raise InvalidValue(f"A black box takes no {name}",
                                "Leave it out: the file of the machine describes its simulator and its conditions")
 

@@ -65,7 +65,7 @@ def surrogate(machine: Bench | BlackBox, axes: Spans | None = None, *, model: Mo
     require_threads(threads)
     require_table(path)
     if isinstance(machine, BlackBox):
-        refuse_for_black_box(model, conditions)
+        refuse_for_black_box(model, conditions, accuracy)
         ranges = {entry.name: (entry.lower, entry.upper) for entry in machine.description.inputs}
         box = axes_of(machine.description, ranges if axes is None else axes, counted=False)
         with running(machine, threads, executor) as given, resumable(path), counting(progress) as count:

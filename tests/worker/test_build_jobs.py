@@ -165,6 +165,7 @@ def test_nonsense_is_refused_with_cause_and_remedy(bench: Bench) -> None:
     client = bench.client
     assert "Give `bench` or `machine`" in refused(client, 422)["remedy"]
     assert "exclude each other" in refused(client, 422, bench="heavy", machine="dc motor")["detail"]
+    assert "`accuracy` and `machine`" in refused(client, 422, machine="dc motor", accuracy="tight")["detail"]
     assert "without `machine`" in refused(client, 422, bench="heavy", output="speed")["detail"]
     refused(client, 404, bench="none")
     refused(client, 404, bench="heavy", recordings="none")

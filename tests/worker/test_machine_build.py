@@ -125,7 +125,8 @@ def test_a_simulator_that_fails_at_the_nominal_values_is_not_started(trouble: Pa
     for options, message in ((("--axis", "a=0.1:1:3"), "exceeds the range of the input"),
                              (("--axis", "d=1:2:3"), "There is no input 'd'"),
                              (("--axis", "a=1:2"), "not a valid axis"),
-                             (("--conditions", "x.csv"), "--conditions and --machine exclude each other")):
+                             (("--conditions", "x.csv"), "--conditions and --machine exclude each other"),
+                             (("--accuracy", "tight"), "--accuracy and --machine exclude each other")):
         assert build(trouble, *options) == 1
         assert message in capsys.readouterr().err
     assert not (trouble / "table.h5").exists()

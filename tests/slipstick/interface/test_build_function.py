@@ -200,7 +200,7 @@ def test_a_black_box_has_all_inputs_as_axes_and_no_model(machine: BlackBox, tmp_
     assert table.axes[0].values.tolist() == [0.5, 1.0, 1.5]
     assert "1 of 6 runs have no output: 1 returned none, 0 failed" in capsys.readouterr().err
     assert Table.open(tmp_path / "table.h5").digest == narrower.digest
-    for given in ({"model": NOMINAL}, {"conditions": FEW}):
+    for given in ({"model": NOMINAL}, {"conditions": FEW}, {"accuracy": "tight"}):
         with pytest.raises(InvalidValue, match=f"A black box takes no {next(iter(given))}"):
             quiet_build(machine, **given)
     with pytest.raises(InvalidValue, match="exceeds the range of the input"):
