@@ -100,23 +100,24 @@ def _draw(shown_table: Table, condition: int, places: Sequence[int]) -> list[Pan
     for axis, grid in zip(axes, grids, strict=True):
         unit, factor = units.scale(axis.unit, axis.nominal * np.abs(grid).max())
         sides.append((axis.name, unit, factor * axis.nominal * grid, factor * axis.nominal))
-    output = shown_table.output
+    output, known = shown_table.output.name, values[np.isfinite(values)]
+    shown, scale = units.scale(shown_table.output.unit, float(np.abs(known).max(initial=0.0)))
+    values, known = scale * values, scale * known
     if len(sides) == 1:
         axis_name, unit, grid, nominal = sides[0]
-        return [Panel(draw_curves(output.name, output.unit, (axis_name, unit), {output.name: (grid, values)}),
-                      f"The {in_words(output.name)} over the {in_words(axis_name)}.",
+        return [Panel(draw_curves(output, shown, (axis_name, unit), {output: (grid, values)}),
+                      f"The {in_words(output)} over the {in_words(axis_name)}.",
                       f"Nominal value: {units.with_unit(units.number(nominal), unit)}.")]
     across, up = sides
-    spec = draw_map(output.name, output.unit, across[:3], up[:3], values.reshape(count, count), (across[3], up[3]))
-    known = values[np.isfinite(values)]
-    span = f"from {known.min():.4g} to {known.max():.4g} {units.raised(output.unit)}" if len(known) else "undefined"
+    spec = draw_map(output, shown, across[:3], up[:3], values.reshape(count, count), (across[3], up[3]))
+    span = f"from {known.min():.4g} to {units.with_unit(f'{known.max():.4g}', shown)}" if len(known) else "undefined"
     missing = "; where it is blank, the output is undefined" * (len(known) < len(values))
-    drawn = Panel(spec, f"A map of the {in_words(output.name)}, {span}, in bands of colour over {in_words(across[0])} "
+    drawn = Panel(spec, f"A map of the {in_words(output)}, {span}, in bands of colour over {in_words(across[0])} "
                         f"and {in_words(up[0])}. A cross marks the nominal point{missing}.",
                   f"Cross: the nominal point{missing}.")
     curves = {units.with_unit(units.number(up[2][row]), up[1]): (across[2], values.reshape(count, count)[row])
               for row in (0, count // 2, count - 1)}
     at = f"{in_words(up[0])} of {listed(list(curves))}"
-    return [drawn, Panel(draw_curves(output.name, output.unit, across[:2], curves),
-                         f"The {in_words(output.name)} over the {in_words(across[0])}, at {at}.",
+    return [drawn, Panel(draw_curves(output, shown, across[:2], curves),
+                         f"The {in_words(output)} over the {in_words(across[0])}, at {at}.",
                          f"At three values of the {in_words(up[0])}.")]

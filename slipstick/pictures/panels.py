@@ -145,12 +145,11 @@ def draw_map(name: str, unit: str, x: tuple[str, str, np.ndarray], y: tuple[str,
     (half_x, side_x), (half_y, side_y) = sides
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
-    shown, factor = units.scale(unit, max(abs(low), abs(high)))
     rows = [{"x": float(place_x - half_x), "x2": float(place_x + half_x), "y": float(place_y - half_y),
-             "y2": float(place_y + half_y), "value": theme.rounded(factor * float(values[row, column]))}
+             "y2": float(place_y + half_y), "value": theme.rounded(float(values[row, column]))}
             for row, place_y in enumerate(y[2]) for column, place_x in enumerate(x[2])
             if np.isfinite(values[row, column])]
-    bands = {"type": "quantize", "domain": [theme.rounded(factor * low), theme.rounded(factor * high)],
+    bands = {"type": "quantize", "domain": [theme.rounded(low), theme.rounded(high)],
              "range": list(_BANDS)}
     colour: Spec = {"field": "value", "type": "quantitative", "scale": bands}
     legend = {"title": None, "orient": "bottom", "symbolType": "square", "columns": 3, "format": ".3~r"}
@@ -165,7 +164,7 @@ def draw_map(name: str, unit: str, x: tuple[str, str, np.ndarray], y: tuple[str,
          "encoding": at},
         {**centre, "mark": {"type": "text", "dx": 10, "align": "left", "dy": -9, "fontSize": 12, "fontWeight": 600,
                             "color": theme.BEFORE}, "encoding": {**at, "text": {"field": "label"}}}]
-    return _panel(titled(name, shown), {"layer": layers}, _MAP_HEIGHT)
+    return _panel(titled(name, unit), {"layer": layers}, _MAP_HEIGHT)
 
 
 def draw_thumbnail(x: Sequence[float], change: Sequence[float], lower: Sequence[float],

@@ -2,6 +2,7 @@
 
 import datetime
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +16,13 @@ from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.wait import WebDriverWait
 from test_problems import problem
 
+from service.front import mapped
 from service.front.elements import job_name
 from slipstick.machine import Profile, Runs
 from slipstick.pictures import units
 from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
+from slipstick.table import Grid
 from tests.benches import HEAVY
 
 
@@ -110,6 +113,13 @@ def test_a_table_has_a_map_for_a_chosen_condition(client: httpx.Client, library:
     assert ">nominal</text>" in page
     problem(client.get("/tables/nominal?condition=216"), 404)
     problem(client.get("/tables/nominal?x=pressure_bais"), 404)
+
+
+def test_map_and_curves_of_a_table_have_the_same_unit(library: Library) -> None:
+    table = library.table("nominal")
+    assert isinstance(table, Grid)
+    drawn = mapped._draw(replace(table, times=0.05 * table.times), 5, [0, 1])
+    assert [panel.title for panel in drawn] == 2 * ["shifting time [ms]"]
 
 
 def test_a_bench_shows_blocks_sensors_profiles_and_curves(client: httpx.Client) -> None:
