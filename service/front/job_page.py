@@ -1,11 +1,12 @@
 """The page of a job: what it is of, what it is doing or has found, and what can be done with it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from typing import Literal, get_args
 
 from slipstick.report.markup import definitions, paragraph, section
 from slipstick.report.words import duration
+from slipstick.storage.library import Library
 
 from ..build_schemas import Build
 from ..front.elements import Link, moment
@@ -18,6 +19,12 @@ from .forms import WITHOUT_SCRIPT, Form, folded
 _NO_WORKER = paragraph("No worker is alive. The job waits until one is started: slipstick work", "doing")
 _TEXTS = {"report": "Report", "result": "Result as JSON", "residuals": "Residuals as CSV",
           "model": "Extended model as JSON", "pictures": "Pictures"}
+_FILES: Mapping[str, tuple[str, Callable[[Library, str], bool]]] = {
+    "recordings": ("recordings", Library.has_recordings), "table": ("tables", Library.has_table),
+    "bench": ("benches", Library.has_bench)}
+"""The fields of a job that name files: the folder of their pages, and whether there still is such a file."""
+_GONE = {"build": "its result"}
+_GONE_AS_A_RULE = "its result, report and pictures"
 _LOST = {"build": "The runs that are done are kept: the same build goes on with them."}
 _LOST_AS_A_RULE = "What it has computed is lost."
 _FORMATS = {"json": "JSON", "csv": "CSV", "mat": "MATLAB", "mo": "Modelica", "h": "C"}
@@ -27,7 +34,7 @@ SCRIPTS = ('<script src="/static/front/act.js" type="module"></script>'
             '<script src="/static/front/live.js" type="module"></script>')
 
 
-def job_page(kind: JobKind[Listed, Active], store: JobStore, job: Active, workers: int,
+def job_page(kind: JobKind[Listed, Active], store: JobStore, job: Active, library: Library, workers: int,
              others: Sequence[Listed], laws: Sequence[FindingLaw], orders: Mapping[str, Form],
              links: Sequence[Link]) -> str:
     """Return the content of the page of a job, which can be compared with `others` of its kind.
@@ -42,17 +49,17 @@ def job_page(kind: JobKind[Listed, Active], store: JobStore, job: Active, worker
     cancel = "" if ended else folded(f"Cancel the {kind.name}", Form(
         "cancel", f"{address}/cancel", f"Cancel the {kind.name}", method="POST", body="none", then="",
         about=f"It stops within a second. {_LOST.get(kind.name, _LOST_AS_A_RULE)}").html())
-    gone = "its result, report and pictures" if job.status == "done" else "what it was asked"
+    gone = _GONE.get(kind.name, _GONE_AS_A_RULE) if job.status == "done" else "what it was asked"
     delete = folded(f"Delete the {kind.name}", paragraph(
         f"The {kind.name} “{name_of(job)}” is removed for everybody with {gone}, and cannot be restored. Recordings "
         "and tables stay."), Form("delete", address, f"Delete the {kind.name}", method="DELETE", body="none", then="/",
                               is_dangerous=True).html()) if ended else ""
     return "\n".join([
         paragraph(kind.name.capitalize(), "over"), f"<h1>{escape(describe_subject(job))}</h1>", state,
-        section("Results", _downloads(kind, job, laws, bool(orders))) if job.status == "done" else "",
+        section("Results", _downloads(kind, job, library, laws, bool(orders))) if job.status == "done" else "",
         section("What to do", WITHOUT_SCRIPT, *(folded(title, form.html()) for title, form in orders.items()),
                 _comparison(kind, job, others), cancel, delete),
-        section("Origin", _origin(job, links))])
+        section("Origin", _origin(job, library, links))])
 
 
 def job_state(store: JobStore, job: Active, workers: int) -> str:
@@ -65,11 +72,12 @@ def job_state(store: JobStore, job: Active, workers: int) -> str:
     return mark + describe_progress(job) + ("" if workers or job.missing_machine else _NO_WORKER)
 
 
-def _downloads(kind: JobKind[Listed, Active], job: Active, laws: Sequence[FindingLaw], has_model: bool) -> str:
+def _downloads(kind: JobKind[Listed, Active], job: Active, library: Library, laws: Sequence[FindingLaw],
+               has_model: bool) -> str:
     addresses = {**job.links, "pictures": f"/{kind.plural}/{job.id}/pictures"}
     if "residuals" in addresses:
         addresses["residuals"] += "?format=csv"
-    links = [Link("Table", f"/tables/{job.name}")] if isinstance(job, Build) else []
+    links = [Link("Table", f"/tables/{job.name}")] if isinstance(job, Build) and library.has_table(job.name) else []
     links += [Link(text, addresses[name]) for name, text in _TEXTS.items()
               if name in job.links and (has_model or name != "model")]
     items = [link.html() for link in links]
@@ -104,10 +112,10 @@ def _label(job: Listed) -> str:
     return f"{name_of(job)}: {describe_subject(job)}, {moment(job.ended)}"
 
 
-def _origin(job: Active, further: Sequence[Link]) -> str:
-    links = [f"{name} {Link(value, f'/{folder}/{value}').html()}"
-             for name, folder in (("recordings", "recordings"), ("table", "tables"), ("bench", "benches"))
-             if (value := getattr(job, name, None))]
+def _origin(job: Active, library: Library, further: Sequence[Link]) -> str:
+    links = [f"{field} {Link(name, f'/{folder}/{name}').html()}" if has(library, name) else
+             f"{field} {escape(name)}, which was renamed or deleted"
+             for field, (folder, has) in _FILES.items() if (name := getattr(job, field, None))]
     files = '<p class="links">' + " · ".join([*links, *(link.html() for link in further)]) + "</p>"
     times = [("submitted", moment(job.submitted)), ("started", moment(job.started)), ("ended", moment(job.ended))]
     budget = "none" if job.time_budget is None else duration(job.time_budget)

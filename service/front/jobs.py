@@ -11,6 +11,7 @@ from slipstick.interface.machine_study import MachineCalibration
 from slipstick.pictures.theme import in_words
 from slipstick.report.markup import paragraph
 from slipstick.report.words import fitted, listed
+from slipstick.storage.library import Library
 from slipstick.studies.progress import StudyProgress
 
 from ..build_schemas import Build, BuildWithProgress
@@ -43,10 +44,11 @@ _ALWAYS_LISTED = STUDIES, FITS
 
 @dataclass(frozen=True)
 class Jobs:
-    """The jobs of each kind, and the workers that run them."""
+    """The jobs of each kind, the workers that run them, and the files."""
 
     stores: Mapping[str, JobStore]
     heartbeats: Heartbeats
+    library: Library
 
     def html(self, count: int, steps: str) -> str:
         """Return the sections of the jobs, `count` of each kind: the first that run and wait, the newest that ended.
@@ -65,17 +67,17 @@ class Jobs:
             _NO_WORKER if active and not alive else "", steps,
             group("Jobs", [active_entry(job) for job in active], "No job is running or waiting.",
                   *_links_to_hidden(running + waiting - len(active))),
-            *(_list_ended(kind, store, count) for kind, store in self._kinds())])
+            *(_list_ended(kind, store, self.library, count) for kind, store in self._kinds())])
 
     def _kinds(self) -> list[tuple[JobKind[Listed, Active], JobStore]]:
         return [(kind, self.stores[kind.name]) for kind in JOB_KINDS]
 
 
-def _list_ended(kind: JobKind[Listed, Active], store: JobStore, count: int) -> str:
+def _list_ended(kind: JobKind[Listed, Active], store: JobStore, library: Library, count: int) -> str:
     title = kind.plural.capitalize()
     jobs = store.newest(count + 1, 0, JobFilter(status=ENDED))
     older = Link(f"Show more {title.lower()}", f"/?count={min(1000, 2 * count)}#{title.lower()}")
-    return group(title, [ended_entry(store, kind.without_progress(store, job)) for job in jobs[:count]],
+    return group(title, [ended_entry(store, kind.without_progress(store, job), library) for job in jobs[:count]],
                  f"No {kind.name} has ended yet." if kind in _ALWAYS_LISTED else "",
                  *([older] if len(jobs) > count else []), *listings(store.address))
 
@@ -150,7 +152,7 @@ def _round_seconds(seconds: float) -> str:
     return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
 
 
-def ended_entry(store: JobStore, job: Listed) -> Entry:
+def ended_entry(store: JobStore, job: Listed, library: Library) -> Entry:
     """Return a job that has ended as an entry of a list."""
     address = job.links["self"]
     about = f"{describe_subject(job)}, {moment(job.ended)}"
@@ -158,9 +160,10 @@ def ended_entry(store: JobStore, job: Listed) -> Entry:
         cause = paragraph(str(store.find(job.id).error), "doing") if job.status == "failed" else ""
         return Entry(name_of(job), page_of(job), about, job.status, cause, [Link("Status as JSON", address)])
     answer = _thumbnail(store, job) + paragraph(answer_of(store, job.id, str(job.ended)), "answer")
-    made = Link("Table", f"/tables/{job.name}") if isinstance(job, Build) else Link("Report", job.links["report"])
+    made = [Link("Report", job.links["report"])] if not isinstance(job, Build) else [
+        Link("Table", f"/tables/{job.name}")] if library.has_table(job.name) else []
     return Entry(name_of(job), page_of(job), about, "", answer, [
-        made, Link("Result as JSON", job.links["result"]),
+        *made, Link("Result as JSON", job.links["result"]),
         *([Link("Residuals as CSV", f"{job.links['residuals']}?format=csv")] if "residuals" in job.links else [])])
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from slipstick.bench import parameters
 from slipstick.black_box import BlackBoxDescription, Measurements
@@ -25,6 +25,8 @@ from .forms import KEY_PATTERN, NAME_PATTERN, NAME_RULE, Field, Form, expert_fie
 _BUDGETS = [("", "a day"), ("60", "1 minute"), ("600", "10 minutes"), ("3600", "1 hour"), ("14400", "4 hours")]
 _BUDGET = Field("time_budget", "Time limit", "when it ends, what there is by then becomes the result, if it suffices "
                 "for one", "choice", choices=_BUDGETS, is_json=True)
+_BUILD_BUDGET = replace(_BUDGET, about="when it ends, there is no table; the runs that are done are kept, and the same "
+                                       "build goes on with them")
 _TABLE_NAME = Field("name", "Name of the table", "under which pages and programs find it", required=True,
                     pattern=NAME_PATTERN, rule=NAME_RULE)
 _NAME = Field("Idempotency-Key", "Name", "becomes its id and part of its address; empty for a random one",
@@ -118,7 +120,7 @@ def machine_build_form(machine: str, known: KnownMachine | None, worker: str) ->
     return Form("build", "/v1/builds", "Start the build", [
         Field("machine", "", kind="hidden", value=machine), _TABLE_NAME,
         *([Field("output", "Output", "a number of each run, which the table holds", "choice", choices=outputs)]
-          if len(outputs) > 1 else []), _BUDGET], axes,
+          if len(outputs) > 1 else []), _BUILD_BUDGET], axes,
         about="A table holds simulated outputs on a grid of inputs, which fits then interpolate; without settings, of "
               f"all inputs over their ranges.{worker}")
 
@@ -135,7 +137,7 @@ def build_form(bench: str = "", model: str = "", recordings: Sequence[str] = ())
     accuracy = Field("accuracy", "Accuracy", "of the time integration", "choice", choices=[
         ("", "within 0.1 ms"), ("tight", "tight, and slower")])
     return Form("build", "/v1/builds", "Start the build", [
-        *given, _TABLE_NAME, *map(_axis, PAPER_AXES), *conditions, _BUDGET],
+        *given, _TABLE_NAME, *map(_axis, PAPER_AXES), *conditions, _BUILD_BUDGET],
         [accuracy, *(_axis(name) for name in parameters.NAMES if name not in PAPER_AXES)],
         about="A table holds simulated times on a grid of parameters, which fits then interpolate.")
 

@@ -198,4 +198,4 @@ def _jobs(request: Request, library: Library, stores: Mapping[str, JobStore], co
     total = sum(store.total() for store in stores.values())
     machines = [] if total else list_declared(request.app.state.machines)  # a first job is the end of their step
     steps = first_steps(library, machines, heartbeats.alive(), total)
-    return Jobs(stores, heartbeats).html(count, steps)
+    return Jobs(stores, heartbeats, library).html(count, steps)

@@ -54,13 +54,13 @@ def _add_pages(kind: JobKind[Listed, Active]) -> None:
     job_id = Annotated[str, job_id_path(kind.name)]
 
     @router.get(f"/{kind.plural}/{{id}}", name=f"{kind.name}_page", response_class=HTMLResponse)
-    def get_page(id: job_id, stores: JobStores, request: Request) -> HTMLResponse:
+    def get_page(id: job_id, stores: JobStores, library: LibraryDependency, request: Request) -> HTMLResponse:
         store = stores[kind.name]
         job = kind.with_progress(store, store.find(id))
         others = [other for other in _finished(kind, store)
                   if other.id != id and getattr(other, "machine", None) == getattr(job, "machine", None)]
         laws = study_laws(id, store).laws if kind.name == "study" and job.status == "done" else ()
-        body = job_page(kind, store, job, request.app.state.heartbeats.alive(), others, laws,
+        body = job_page(kind, store, job, library, request.app.state.heartbeats.alive(), others, laws,
                         _orders(kind, id, store) if job.status == "done" else {},
                         machine_links(request.app.state.machines, getattr(job, "machine", None)))
         refresh = '<noscript><meta http-equiv="refresh" content="10"></noscript>' if job.status in ACTIVE else ""
@@ -115,7 +115,7 @@ def find(stores: JobStores, library: LibraryDependency, machines: MachinesDepend
          page: Annotated[int, Query(ge=0, le=1000)] = 0) -> HTMLResponse:
     """Jobs and files whose names contain a text."""
     search = Search(text.strip(), among, status or None, page)
-    jobs, total = _found_jobs(search, stores)
+    jobs, total = _found_jobs(search, stores, library)
     return HTMLResponse(document("Search", find_page(search, jobs, total, [
         *_found_files(search, library), *_found_machines(search, machines)])),
                         headers=_FRESH)
@@ -166,7 +166,7 @@ def _element(drawings: Drawings, kind: JobKind[Listed, Active], drawn: Drawn, na
     return drawings.made("element", request, kind.name, *drawn.version, name, prefix).decode()
 
 
-def _found_jobs(search: Search, stores: Mapping[str, JobStore]) -> tuple[list[Entry], int]:
+def _found_jobs(search: Search, stores: Mapping[str, JobStore], library: Library) -> tuple[list[Entry], int]:
     """The jobs of a page of a search, newest first, and the number of all."""
     wanted = JobFilter(status=None if search.status is None else [search.status], text=search.text or None)
     kinds = [kind for kind in JOB_KINDS if search.among in ("all", kind.plural)]
@@ -177,7 +177,7 @@ def _found_jobs(search: Search, stores: Mapping[str, JobStore]) -> tuple[list[En
     for kind, job in matching[most - PER_PAGE:most]:
         store = stores[kind.name]
         shown = kind.with_progress(store, job)
-        entries.append(active_entry(shown) if shown.status in ACTIVE else ended_entry(store, shown))
+        entries.append(active_entry(shown) if shown.status in ACTIVE else ended_entry(store, shown, library))
     return entries, sum(stores[kind.name].total(wanted) for kind in kinds)
 
 

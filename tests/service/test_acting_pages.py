@@ -319,6 +319,7 @@ def test_jobs_and_files_are_searched(client: httpx.Client, folder: Path) -> None
 def test_a_queued_job_has_a_page_on_which_it_is_cancelled(client: httpx.Client) -> None:
     client.post("/v1/studies", json={}, headers={"Idempotency-Key": "mine"})
     page = client.get("/studies/mine").text
+    assert 'href="/recordings/measured"' in page
     assert "Next in its queue" in page
     assert "No worker is alive" in page
     assert 'action="/v1/studies/mine/cancel"' in page
@@ -334,6 +335,38 @@ def test_a_queued_job_has_a_page_on_which_it_is_cancelled(client: httpx.Client) 
 JOB = {"recordings": "measured", "recordings_digest": "c3d4" * 16, "table": "nominal", "table_digest": "a1b2" * 16,
        "simulate": False, "outside": "clip", "parameters": ["pressure_bias", "initial_position"], "bench": None,
        "bench_digest": None, "sensing_digest": None, "time_budget": 60.0}
+
+
+BUILD = {"name": "gone", "machine": None, "output": None, "axes": {"pressure_bias": [0.8, 1.2, 3]},
+         "accuracy": "default", "recordings": None, "recordings_digest": None, "bench": "heavy",
+         "bench_digest": "d4" * 32, "sensing_digest": None, "model_digest": None, "time_budget": 60.0}
+BUILT = {"result": {"digest": "e5" * 32, "shape": [3, 216],
+                    "statuses": {"locked": 648, "never_locked": 0, "failed": 0}},
+         "seconds": {}, "processor_seconds": {}}
+
+
+def test_a_job_links_to_the_files_that_are_still_there(serving_jobs: Any, tmp_path: Path,
+                                                       made: Callable[..., dict[str, Any]]) -> None:
+    shutil.copy(TABLES / "heavy.toml", tmp_path)
+    with serving_jobs(tmp_path, {"old": ({**JOB, "settings": {}}, made(n=24)), "built": (BUILD, BUILT)}) as client:
+        page = client.get("/fits/old").text
+        assert "recordings measured, which was renamed or deleted · table nominal, which" in text(page)
+        assert not re.search('href="/(recordings|tables)/', page)
+        page = client.get("/builds/built").text
+        assert 'href="/benches/heavy"' in page
+        assert 'href="/tables/gone"' not in page
+        assert "The build “built” is removed for everybody with its result, and cannot" in text(page)
+        assert "there is no table; the runs that are done are kept" in text(client.get("/benches/heavy").text)
+
+
+def test_a_page_says_that_the_service_no_longer_answers(folder: Path, serving: Any, screen: webdriver.Chrome) -> None:
+    with serving(Settings(tables=folder / "tables", jobs=f"sqlite:///{folder}/jobs.sqlite")) as address:
+        person = Person(screen, address)
+        httpx.post(f"{address}/v1/studies", json={}, headers={"Idempotency-Key": "left"})
+        person.open("/studies/left")
+        person.until("Next in its queue")
+        assert "does not answer" not in screen.find_element(By.TAG_NAME, "main").text
+    person.until("The service does not answer. What is shown here was so when it last did.")
 
 
 def test_two_fits_side_by_side(serving_jobs: Any, tmp_path: Path, made: Callable[..., dict[str, Any]]) -> None:
