@@ -1,7 +1,19 @@
 // Replaces the sections of the jobs whenever they change. Without this script the page reloads itself instead.
 const live = document.getElementById("live");
+const silence = Object.assign(document.createElement("p"), { className: "wrong", hidden: true,
+  textContent: "The service does not answer. What is shown here was so when it last did." });
+silence.setAttribute("role", "alert");
 
 function follow(source) {
+  let isLost = false;
+  source.addEventListener("open", () => {
+    isLost = false;
+    silence.hidden = true;
+  });
+  source.addEventListener("error", () => { // at the end of each stream, and again where the browser cannot connect anew
+    silence.hidden = !isLost && source.readyState !== EventSource.CLOSED;
+    isLost = true;
+  });
   source.addEventListener("state", event => {
     const focused = live.contains(document.activeElement) ? document.activeElement.getAttribute("href") : null;
     live.innerHTML = event.data;
@@ -19,5 +31,6 @@ function follow(source) {
 }
 
 if (live) {
+  live.before(silence);
   follow(new EventSource(live.dataset.events));
 }
