@@ -25,6 +25,7 @@ from slipstick.interface.result import HEAD, Result
 from slipstick.interface.tables import TableLike, measured_of, open_table, require_outside
 from slipstick.machine import Runs
 from slipstick.pictures import CAPTIONS, pictures
+from slipstick.pictures.output import Output
 from slipstick.pictures.theme import Spec
 from slipstick.plausibility.mismatch import require_match
 from slipstick.report import words
@@ -109,9 +110,9 @@ class Fit(Result):
 
     def summary(self) -> list[str]:
         """What was fitted to what, the inputs in their units, the gain, and what the recordings limit."""
-        result = self._result
-        return [f"{words.headline(result, len(result['log10_likelihood_per_condition']), self.request['recordings'])}: "
-                f"{words.fitted(self.physical)}.", words.improvement(result),
+        result, output = self._result, Output.of(self.output.get("figure_data", {}))
+        return [f"{words.headline(result, self.request['recordings'], output)}: {words.fitted(self.physical)}.",
+                words.improvement(result, output),
                 *(f"{lead} {text}" for lead, text in [*words.warnings(result), *words.identified(result)])]
 
     def pictures(self) -> dict[str, tuple[Spec, str]]:
@@ -151,8 +152,7 @@ class Fit(Result):
 
     @property
     def _output_unit(self) -> str:
-        output = self.output.get("figure_data", {}).get("output")
-        return str(output["unit"]) if output else "s"
+        return Output.of(self.output.get("figure_data", {})).unit
 
 
 _OUTPUT = ("result", "physical", "figure_data", "seconds", "processor_seconds")

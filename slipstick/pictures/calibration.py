@@ -43,7 +43,7 @@ def draw(output: Mapping[str, Any]) -> Spec | None:
         f"The measured {shown.plural} " + ("are spread as predicted" if furthest <= band else verdict(values, shown)),
         f"The distribution function of {n} probabilities is up to {furthest:.3f} from a uniform one; the limit of the "
         f"{100 * LEVEL:.0f} % band is {band:.3f}.",
-        {"spacing": 40, "hconcat": [_histogram(values), _difference(values, band)]})
+        {"spacing": 40, "hconcat": [_histogram(values, shown), _difference(values, band)]})
 
 
 def distance(values: np.ndarray, level: float = LEVEL) -> tuple[float, float]:
@@ -88,7 +88,7 @@ def verdict(values: np.ndarray, output: Output) -> str:
     return f"scatter {'less' if spread > 0 else 'more'} than predicted"
 
 
-def _histogram(values: np.ndarray) -> Spec:
+def _histogram(values: np.ndarray, shown: Output) -> Spec:
     counts, edges = np.histogram(values, _BINS, (0, 1))
     n = len(values)
     low, high = (math.ceil(scipy.special.bdtrik(share, n, 1 / _BINS)) for share in ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
@@ -96,7 +96,7 @@ def _histogram(values: np.ndarray) -> Spec:
             for first, last, count in zip(edges[:-1], edges[1:], counts, strict=True)]
     x: Spec = {"field": "from", "type": "quantitative", "title": "predicted probability below what was measured",
                "scale": {"domain": [0, 1]}, "axis": {"grid": False, "tickCount": 5}}
-    y: Spec = {"field": "count", "type": "quantitative", "title": "engagements"}
+    y: Spec = {"field": "count", "type": "quantitative", "title": shown.measured}
     return {"width": _HALF, "height": _HEIGHT, "layer": [
         {"data": {"values": bars}, "mark": {"type": "rect", "color": theme.AFTER, "opacity": 0.75, "stroke": "white"},
          "encoding": {"x": x, "x2": {"field": "to"}, "y": y, "y2": {"datum": 0}}},

@@ -47,6 +47,11 @@ class Output:
         return "times" if self.name == "shifting_time" else "values"
 
     @property
+    def measured(self) -> str:
+        """What it was measured of, several of them."""
+        return "engagements" if self.name == "shifting_time" else "measurements"
+
+    @property
     def more(self) -> str:
         """Larger, of times."""
         return "later" if self.unit == "s" else "larger"

@@ -45,7 +45,8 @@ def page(fit: Mapping[str, Any], output: Mapping[str, Any], other_method: Mappin
     for Table II, and `description` describes the recordings.
     """
     result = output["result"]
-    title = words.headline(result, len(result["log10_likelihood_per_condition"]), fit["recordings"])
+    predicted = Output.of(output["figure_data"])
+    title = words.headline(result, fit["recordings"], predicted)
     compared = other_method is not None or costs.is_case_of_paper(output)
     return document("fit to", fit["recordings"], title, [*words.warnings(result), *doubts(output["figure_data"])], [
         section("Fitted values", _numbers(output), listing(words.identified(result))),
@@ -55,9 +56,9 @@ def page(fit: Mapping[str, Any], output: Mapping[str, Any], other_method: Mappin
             paragraph(note, "note") for note in costs.notes(output, other_method))) if compared else "",
         _provenance(fit, output, description),
         section("Limitations", listing([*([_SIMULATED] if are_simulated(fit) else []), *_LIMITATIONS]))],
-        facts=[paragraph(words.improvement(result), "lead"),
+        facts=[paragraph(words.improvement(result, predicted), "lead"),
                tell_facts(fit, [f"Table {fit['table']}", tell_recordings(fit),
-                                f"{len(result['log10_likelihood_per_condition'])} engagements"]),
+                                words.measured(result, predicted)]),
                paragraph(SIGN, "note")], home=home_of(fit))
 
 
@@ -79,10 +80,9 @@ def _provenance(fit: Mapping[str, Any], output: Mapping[str, Any], description: 
         model, bounds = f"simulator with the parameters of the table {table_name}", "parameter bounds"
     else:
         model, bounds = f"table {table_name}; outside of it: {words.OUTSIDE[fit['outside']]}", "table"
-    outside = output["result"]["mass_outside"]
     of_output = Output.of(output["figure_data"])
     settings = words.settings_of(fit["settings"], output["result"]["axes"], of_output.unit)
     return provenance({**fit, "settings": {}}, output, [
         ("model", model), ("recordings", f"{fit['recordings']}, SHA-256 {fit['recordings_digest']}"),
         ("description of the recordings", description), ("settings", settings),
-        (f"probability outside the {bounds}", "below 0.01 %" if outside < 1e-4 else f"{100 * outside:.3g} %")])
+        (f"probability outside the {bounds}", words.probability(output["result"]["mass_outside"]))])

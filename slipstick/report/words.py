@@ -18,24 +18,29 @@ OUTSIDE = {"clip": "the value at its nearest edge", "nan": "no value", "error": 
 """What a table gives outside of its axes, by its policy."""
 
 
-def headline(result: Result, conditions: int, recordings: str) -> str:
+def measured(result: Result, output: Output) -> str:
+    """Return how many engagements, or measurements of another machine, a fit is to."""
+    return f"{len(result['log10_likelihood_per_condition'])} {output.measured}"
+
+
+def headline(result: Result, recordings: str, output: Output) -> str:
     """Return the title of the report: the inputs, the recordings they were fitted to, and what is at a bound."""
     inputs = listed([in_words(axis) for axis in result["axes"]])
-    title = f"{inputs[0].upper()}{inputs[1:]} fitted to {conditions} engagements of “{recordings}”"
+    title = f"{inputs[0].upper()}{inputs[1:]} fitted to {measured(result, output)} of “{recordings}”"
     bound = [in_words(remark["unknown"]) for remark in result["remarks"] if remark.get("at_bound")]
     return f"{title}, with {listed(bound)} at {'its bound' if len(bound) == 1 else 'their bounds'}" if bound else title
 
 
-def improvement(result: Result) -> str:
+def improvement(result: Result, output: Output) -> str:
     """Return the log10 likelihood before and after the fit, and the difference."""
     before, after = result["before"]["log10_likelihood"], result["log10_likelihood"]
     nominal = "the nominal model" if all(mean == 1 for mean in result["before"]["mean"]) else \
         "the model whose inputs are as near to nominal as their bounds allow"
     if after is None:
-        return "With the fitted inputs, at least one engagement has zero likelihood."
+        return f"With the fitted inputs, at least one of the {output.measured} has zero likelihood."
     if before is None:
-        return (f"log10 likelihood {signed(after)} after the fit. With {nominal}, at least one engagement has "
-                "zero likelihood.")
+        return (f"log10 likelihood {signed(after)} after the fit. With {nominal}, at least one of the "
+                f"{output.measured} has zero likelihood.")
     return (f"log10 likelihood {signed(before)} before the fit, {signed(after)} after it: the recordings are "
             f"{after - before:.1f} decades (factors of ten) more likely with the fitted inputs than with {nominal}, "
             "whose output noise is matched to its residuals.")
@@ -149,6 +154,11 @@ def _each(values: Sequence[str], axes: Sequence[str]) -> str:
 def listed(names: list[str]) -> str:
     """Join names with commas and "and"; empty without names."""
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
+def probability(share: float) -> str:
+    """Return a probability in %; one below 0.01 % is not told from the rounding errors of its computation."""
+    return "below 0.01 %" if share < 1e-4 else f"{100 * share:.3g} %"
 
 
 def duration(seconds: float) -> str:

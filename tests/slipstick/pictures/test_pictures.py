@@ -311,7 +311,7 @@ def test_a_fit_of_another_machine_speaks_of_its_output(made: Callable[..., dict[
     for said in ("measured final speed [rpm]", "predicted final speed [rpm]", "measured − predicted [rpm]",
                  "Densities are per 0.001 rpm", "the measured final speed is larger", "The measured values"):
         assert said in text, said
-    for other in ("shifting time", "[ms]", " ms", "never lock", "measured times"):
+    for other in ("shifting time", "[ms]", " ms", "never lock", "measured times", '"engagements"'):
         assert other not in text, other
     differences = pictures(output)["comparison"]["datasets"]["experiments"][0]
     assert differences["difference after"] == pytest.approx(differences["measured"] - differences["after"], abs=1e-5)

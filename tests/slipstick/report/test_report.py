@@ -55,6 +55,19 @@ def test_shipped_recordings_are_known_by_their_numbers_and_not_by_their_name(mad
     assert "(shipped" not in text
 
 
+@pytest.mark.usefixtures("undrawn")
+def test_a_fit_of_another_machine_is_to_measurements(made: Made, reading: Read) -> None:
+    output = made(n=20)
+    output["figure_data"] |= {"output": {"name": "final_speed", "unit": "rpm"}, "engagement": None, "conditions": {
+        "voltage [V]": output["figure_data"]["conditions"]["motor_speed"]}}
+    output["result"]["log10_likelihood"] = None
+    text = reading(page(FIT, output)).text
+    assert "fitted to 20 measurements of “measured”" in text
+    assert "recordings measured · 20 measurements · 1 November 2026" in text
+    assert "at least one of the measurements has zero likelihood" in text
+    assert "engagement" not in text
+
+
 @pytest.mark.slow
 def test_a_real_fit_has_all_entries_of_the_synthetic_one(shelf: Path, made: Made, reading: Read) -> None:
     library = Library(shelf)
@@ -105,9 +118,9 @@ def test_the_model_before_a_fit_is_nominal_only_within_the_bounds(made: Made) ->
 def test_a_zero_likelihood_is_reported(made: Made) -> None:
     output = made()
     output["result"]["before"]["log10_likelihood"] = None
-    assert "With the nominal model, at least one engagement has zero likelihood" in page(FIT, output)
+    assert "With the nominal model, at least one of the engagements has zero likelihood" in page(FIT, output)
     output["result"]["log10_likelihood"] = None
-    assert "With the fitted inputs, at least one engagement has zero likelihood" in page(FIT, output)
+    assert "With the fitted inputs, at least one of the engagements has zero likelihood" in page(FIT, output)
 
 
 @pytest.mark.usefixtures("undrawn")
