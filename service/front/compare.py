@@ -6,10 +6,11 @@ from html import escape
 from typing import Any
 
 from slipstick.pictures import units
+from slipstick.pictures.output import SHIFTING_TIME, Output
 from slipstick.pictures.theme import in_words
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.report.markup import paragraph, section
-from slipstick.report.words import duration
+from slipstick.report.words import duration, probability
 
 from ..front.elements import Link, moment
 from ..front.jobs import Active, Listed, describe_subject, name_of, page_of
@@ -19,6 +20,8 @@ from .job_page import comparison_form
 Row = tuple[str, str, str]
 """What is compared, and its value in both jobs."""
 _NOTHING = "–"
+_DIGITS = 4
+"""Significant digits of estimates, those of the reports."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,8 @@ class Side:
     settings: Mapping[str, Any]
     physical: Sequence[Mapping[str, Any]] = ()
     """The fitted inputs in their units, of a fit."""
+    output: Output = SHIFTING_TIME
+    """What the model of a fit predicts."""
 
 
 @dataclass(frozen=True)
@@ -87,10 +92,15 @@ def _fit_rows(sides: tuple[Side, Side]) -> dict[str, list[Row]]:
     quality = [_row("log10 likelihood", sides, lambda side: _number(side.result["log10_likelihood"], 5)),
                _row("the same before the fit", sides,
                     lambda side: _number(side.result["before"]["log10_likelihood"], 5)),
-               _row("output noise", sides, lambda side: _number(side.result["output_std"])),
-               _row("outside the table", sides, lambda side: f"{100 * side.result['mass_outside']:.2g} %"),
+               _row("output noise", sides, _noise),
+               _row("outside the table", sides, lambda side: probability(side.result["mass_outside"])),
                _row("method", sides, lambda side: str(side.result["method"]))]
     return {"Fitted inputs": inputs, "Quality": quality}
+
+
+def _noise(side: Side) -> str:
+    shown = side.output
+    return units.with_unit(units.fixed(shown.factor * side.result["output_std"], _DIGITS), shown.small)
 
 
 def _physical(side: Side, name: str, value: str) -> str:
@@ -98,7 +108,7 @@ def _physical(side: Side, name: str, value: str) -> str:
     if entry is None:
         return _NOTHING
     unit, factor = units.scale(entry["unit"], entry["mean"])
-    return units.with_unit(units.number(factor * entry[value]), unit)
+    return units.with_unit(units.fixed(factor * entry[value], _DIGITS), unit)
 
 
 def _study_rows(sides: tuple[Side, Side]) -> dict[str, list[Row]]:
@@ -117,7 +127,7 @@ def _calibration_rows(sides: tuple[Side, Side]) -> dict[str, list[Row]]:
     parameters = {name: [_parameters(side).get(name, _NOTHING) for side in sides]
                   for side in sides for name in _parameters(side)}
     remaining = [side.result.get("reduced_chi_square") or side.result["chi_square"] for side in sides]
-    misfits = {name: [_number(each.get(name)) for each in remaining] for each in remaining for name in each}
+    misfits = {in_words(name): [_number(each.get(name)) for each in remaining] for each in remaining for name in each}
     return {"Parameters": _rows(parameters), "Chi-square": _rows(misfits)}
 
 
@@ -146,7 +156,7 @@ def _parameters(side: Side) -> dict[str, str]:
 def _estimate(value: float, lower: float, upper: float, unit: str) -> str:
     """A parameter with its interval, in the unit that suits its size."""
     shown, factor = units.scale(unit, value)
-    low, middle, high = (units.number(factor * number) for number in (lower, value, upper))
+    low, middle, high = (units.fixed(factor * number, _DIGITS) for number in (lower, value, upper))
     return units.with_unit(f"{middle} ({low} to {high})", shown)
 
 

@@ -10,6 +10,7 @@ from fastapi.responses import HTMLResponse
 from starlette.responses import Response
 
 from slipstick.errors import SlipstickError
+from slipstick.pictures.output import Output
 from slipstick.storage.library import Library
 
 from ..bodies import JsonRoute
@@ -139,7 +140,7 @@ def _side(kind: JobKind[Listed, Active], store: JobStore, id: str) -> Side:
     job = finished_job(store, id)
     shown, output = kind.without_progress(store, job), output_of(job)
     return Side(shown, answer_of(store, id, str(shown.ended)), output["result"], getattr(shown, "settings", {}),
-                output.get("physical", ()))
+                output.get("physical", ()), Output.of(output.get("figure_data", {})))
 
 
 def _pairs(drawings: Drawings, kind: JobKind[Listed, Active], store: JobStore, ids: tuple[str, str]) -> Sequence[Pair]:

@@ -372,6 +372,7 @@ def test_a_page_says_that_the_service_no_longer_answers(folder: Path, serving: A
 def test_two_fits_side_by_side(serving_jobs: Any, tmp_path: Path, made: Callable[..., dict[str, Any]]) -> None:
     outputs = [made(n=24), made(n=24)]
     outputs[1]["result"]["log10_likelihood"] = -150.0
+    outputs[0]["result"]["mass_outside"], outputs[1]["result"]["mass_outside"] = 6e-16, 0.02
     jobs: Mapping[str, Any] = {
         name: ({**JOB, "settings": {"seed": seed, "population": 24}}, output)
         for name, seed, output in zip(("old", "new"), (1, 2), outputs, strict=True)}
@@ -379,8 +380,10 @@ def test_two_fits_side_by_side(serving_jobs: Any, tmp_path: Path, made: Callable
         page = client.get("/compare", params={"kind": "fit", "first": "old", "second": "new"})
         assert page.status_code == 200, page.text
         said = text(page.text)
-        for words in ("log10 likelihood −269 −150", "seed 1 2", "pressure bias, mean 1.6 bar 1.6 bar"):
-            assert words in said
+        for words in ("log10 likelihood −269 −150", "seed 1 2", "pressure bias, mean 1.600 bar 1.600 bar",
+                      f"output noise {1e3 * outputs[0]['result']['output_std']:#.4g} ms",
+                      "outside the table below 0.01 % 2 %"):
+            assert words in said, (words, said)
         assert "population" not in said
         assert page.text.count('<tr class=differs><th scope="row">log10 likelihood') == 1
         forms = Forms(page.text)
