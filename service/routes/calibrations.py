@@ -34,10 +34,10 @@ router = APIRouter(prefix="/v1/calibrations", tags=["calibrations"], route_class
 
 CALIBRATIONS = JobKind(
     "calibration", Calibration, CalibrationWithProgress, CalibrationList, FinishedCalibration,
-    ("result", "report", "pictures"),
+    ("result", "report"),
     about_state="Return the status of a calibration and its progress: the iteration, and how far it moved.",
     about_result="Return the parameters with intervals and scatter in their units, and what is left",
-    bench_links=("model",))
+    bench_links=("pictures", "model"))
 CalibrationStore = Annotated[JobStore, CALIBRATIONS.store]
 CalibrationId = Annotated[str, CALIBRATIONS.id_path]
 IdempotencyKey = Annotated[str | None, idempotency_key_header("calibration")]
