@@ -29,6 +29,8 @@ _BUILD_BUDGET = replace(_BUDGET, about="when it ends, there is no table; the run
                                        "build goes on with them")
 _TABLE_NAME = Field("name", "Name of the table", "under which pages and programs find it", required=True,
                     pattern=NAME_PATTERN, rule=NAME_RULE)
+_SPAN_PATTERN = "\\s*[^\\s;]+(?:(?:;\\s*|\\s+)[^\\s;]+){2}\\s*"
+_SPAN_RULE = "Give the lowest and highest multiple and the number of points, with spaces between, such as 0.8 1.2 9"
 _NAME = Field("Idempotency-Key", "Name", "becomes its id and part of its address; empty for a random one",
               place="header", pattern=KEY_PATTERN,
               rule="Up to 64 letters, digits, '.', '-' and '_', starting with a letter or digit")
@@ -115,7 +117,8 @@ def machine_build_form(machine: str, known: KnownMachine | None, worker: str) ->
     inputs = {given.name: given for each in simulated for given in each.about.inputs}
     axes = [Field(f"axes.{given.name}", in_words(given.name).capitalize(),
                   f"lowest and highest multiple of {given.nominal:.6g} {units.raised(given.unit)}, from "
-                  f"{given.lower:.3g} to {given.upper:.3g}, and number of points, such as 0.8 1.2 9", "numbers")
+                  f"{given.lower:.3g} to {given.upper:.3g}, and number of points, such as 0.8 1.2 9", "numbers",
+                  pattern=_SPAN_PATTERN, rule=_SPAN_RULE)
             for given in inputs.values()]
     return Form("build", "/v1/builds", "Start the build", [
         Field("machine", "", kind="hidden", value=machine), _TABLE_NAME,
@@ -147,7 +150,7 @@ def _axis(name: str) -> Field:
     return Field(f"axes.{name}", in_words(name).capitalize(),
                  "lowest and highest multiple of its value in the model, and number of points" if count else
                  "a further axis, such as 0.8 1.2 9", "numbers",
-                 value=f"{lower:g} {upper:g} {count:g}" if count else "")
+                 value=f"{lower:g} {upper:g} {count:g}" if count else "", pattern=_SPAN_PATTERN, rule=_SPAN_RULE)
 
 
 def _bench_field(benches: Sequence[str]) -> Field:

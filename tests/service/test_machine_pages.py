@@ -327,12 +327,15 @@ def test_a_table_is_built_from_the_page_of_a_machine_whose_worker_is_then_killed
     screen.find_element("link text", "dc motor").click()
     person.arrive("/machines/dc%20motor")
     form = person.form("build")
-    person.fill(form, name="currents", output="largest_current", **{"axes.resistance_value": "0.5 x 3"})
+    person.fill(form, name="currents", output="largest_current", **{"axes.resistance_value": "0,8 1,2"})
     person.send(form)
-    assert "number" in person.wrong(form)
+    assert person.wrong(form).startswith("Give the lowest and highest multiple and the number of points")
+    person.fill(form, **{"axes.resistance_value": "0.5 x 3"})
+    person.send(form)
+    assert "valid number" in person.wrong(form)
     wrong = form.find_element("css selector", "[aria-invalid=true]")
     assert wrong.get_attribute("name") == "axes.resistance_value"
-    person.fill(form, **{"axes.resistance_value": "0.8 1.2 3"})
+    person.fill(form, **{"axes.resistance_value": "0,8 1,2 3"})
     person.send(form)
     person.until("3 × 9 runs, 0 of them without an output")
     assert client.get("/v1/tables/currents").json()["output"] == "largest_current"

@@ -103,7 +103,7 @@ function typed(sends, value) {
     return Number.isNaN(number) ? value : number; // what is no number is refused by the service, in words
   }
   if (sends === "numbers") {
-    return value.split(/[\s,;]+/).map(part => typed("number", part));
+    return value.split(/[;,]?\s+|;/).map(part => typed("number", part)); // a comma within a part is that of a decimal
   }
   return sends === "json" ? JSON.parse(value) : sends === "list" ? [value] : value;
 }
