@@ -56,7 +56,7 @@ class MappingProposal(BaseModel):
     text: str = Field(description="The file `channels.toml`, with the reasons as comments.")
 
 
-FileName = Annotated[str, Query(max_length=200, description="Name of the file; its extension tells some formats apart.",
+FileName = Annotated[str, Query(max_length=255, description="Name of the file; its extension tells some formats apart.",
                                 openapi_examples={"csv": {"summary": "A CSV file", "value": "run.csv"}})]
 
 

@@ -173,8 +173,8 @@ def compact(folder: Path) -> None:
 
 
 def test_a_mapping_is_proposed_for_a_file(client: httpx.Client, compact: None) -> None:
-    def propose(content: bytes, bench: str = "compact") -> httpx.Response:
-        return client.post("/v1/recordings/proposal", params={"file": "a.csv", "bench": bench}, content=content,
+    def propose(content: bytes, bench: str = "compact", name: str = "a.csv") -> httpx.Response:
+        return client.post("/v1/recordings/proposal", params={"file": name, "bench": bench}, content=content,
                            headers={"Content-Type": "application/octet-stream"})
 
     proposed = propose(csv(run(), units="ms;kPa;rpm;rpm;N m")).json()
@@ -186,6 +186,7 @@ def test_a_mapping_is_proposed_for_a_file(client: httpx.Client, compact: None) -
     reasons = {guess["name"]: guess["reason"] for guess in proposed["guesses"]}
     assert reasons["pressure"] == "the name 'p_oil' and the unit 'kPa'"
     assert "a.csv is empty" in problem(propose(b""), 422)["detail"]
+    assert propose(csv(run()), name=f"{251 * 'x'}.csv").is_success  # the longest name that file systems have
     problem(propose(b"\x00" * 2000), 422)
     problem(propose(b"t;n\n1;2\n", "nowhere"), 404)
 
