@@ -9,6 +9,7 @@ from pydantic import Field
 
 from ..bodies import JsonRoute
 from ..error_responses import error_responses
+from ..front.elements import plural
 from ..job_filter import ACTIVE, JobFilter
 from ..job_store import JobStore
 from ..jobs import JobStores
@@ -119,7 +120,7 @@ def _require_unused(name: str, users: JobFilter, force: bool, stores: Mapping[st
     _require_idle(name, users, stores)
     count, example = _count_users(replace(users, status=["done"]), stores)
     if count and not force:
-        raise Conflict(f"There are results of {count} finished jobs with '{name}', such as {example}",
+        raise Conflict(f"There are results of {plural(count, 'finished job')} with '{name}', such as {example}",
                        f"Delete these jobs first (DELETE {example}), or repeat the request with ?force=true, which "
                        "keeps the results")
 
@@ -128,7 +129,7 @@ def _require_idle(name: str, users: JobFilter, stores: Mapping[str, JobStore]) -
     """Raise `Conflict` if a job that has not ended uses the file `name`."""
     count, example = _count_users(replace(users, status=ACTIVE), stores)
     if count:
-        raise Conflict(f"'{name}' is in use by {count} queued or running jobs, such as {example}",
+        raise Conflict(f"'{name}' is in use by {plural(count, 'queued or running job')}, such as {example}",
                        "Cancel these jobs first, or wait until they have ended")
 
 

@@ -52,7 +52,7 @@ def _doubt_signals(runs: Runs, ranges: Sequence[SignalRange]) -> Iterator[str]:
         if sides[0] * sides[1] < 0:
             words = {-1: "negative", 1: "positive"}
             yield (f"{each.signal} is {words[sides[0]]} in the runs, and {words[sides[1]]} in the experiments that the "
-                   "machine declares. Check its sign")
+                   "machine declares. Check its sign and its unit")
         size, usual = float(np.nanmax(np.abs(recorded))), max(abs(each.lowest), abs(each.highest))
         if _is_other_order(size, usual):
             unit = raised(runs.units.get(each.signal, ""))

@@ -149,6 +149,6 @@ def _numbers(cells: list[str], heading: list[str], line: int, error: type[Slipst
         if value is None or not np.isfinite(value):
             says = f"'{cell.strip()[:40]}' is not a finite number" if cell.strip() else "the cell is empty"
             raise error(f"Row {line}, column '{column}': {says}",
-                        "Enter a number with a decimal point, or leave out the engagement")
+                        "Enter a number with a decimal point, or leave out the row")
         numbers.append(value)
     return numbers

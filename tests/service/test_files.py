@@ -137,7 +137,7 @@ def test_what_a_result_is_of_is_deleted_only_by_force(client: httpx.Client, fold
         jobs.execute("UPDATE workflow_status SET status = 'SUCCESS'")
     for path in ("/v1/tables/nominal", "/v1/recordings/measured"):
         refused = problem(client.delete(path), 409)
-        assert f"results of 1 finished jobs with '{path.rpartition('/')[2]}', such as {job}" in refused["detail"]
+        assert f"results of 1 finished job with '{path.rpartition('/')[2]}', such as {job}" in refused["detail"]
         assert f"(DELETE {job}), or repeat the request with ?force=true" in refused["remedy"]
         assert client.get(path).is_success
     assert client.delete("/v1/tables/nominal?force=true").status_code == 204

@@ -83,5 +83,5 @@ class Candidate:
     def __post_init__(self) -> None:
         """Check the output std; without noise the density is undefined."""
         if not _LEAST_NOISE <= self.output_std <= _MOST_NOISE:
-            raise InvalidValue(f"The output std is {self.output_std}, which is not a positive number",
+            raise InvalidValue(f"The output std is {self.output_std}",
                                f"Give a number from {_LEAST_NOISE:g} to {_MOST_NOISE:g}, in the unit of the output")

@@ -455,8 +455,8 @@ def test_a_signal_on_the_other_side_of_zero_is_doubted(lowest: float, highest: f
     positive = {**bare, "v": np.abs(bare["v"])}
     found = imported(positive, machine=DRIVEN, ranges=[SignalRange("speed", lowest, highest)]).doubts
     assert [doubt for doubt in found if "sign" in doubt] == [
-        "speed is positive in the runs, and negative in the experiments that the machine declares. Check its sign"
-    ] * doubted
+        "speed is positive in the runs, and negative in the experiments that the machine declares. Check its sign and "
+        "its unit"] * doubted
 
 
 @pytest.mark.parametrize(("channel", "says"), [

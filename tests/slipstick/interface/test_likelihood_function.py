@@ -81,7 +81,9 @@ def test_measurements_of_another_machine_are_taken_in_their_unit() -> None:
 
 @pytest.mark.parametrize(("given", "message"), [
     ({"output_std": None}, "The output noise is not given. Give as `output_std`"),
-    ({"output_std": 0.0}, "The output std is 0.0"), ({"output_std": 1e-20}, "less than the rounding errors"),
+    ({"output_std": 0.0}, "The output std is 0.0"),
+    ({"output_std": 1e300}, r"The output std is 1e\+300\. Give a number from 1e-100 to 1e\+100"),
+    ({"output_std": 1e-20}, "less than the rounding errors"),
     ({"mean": [1.0]}, "`mean` has 1 entries, but the table has 2 axes"), ({"std": None}, "either the std or"),
     ({"method": "cake"}, "no method 'cake'.*Known: auto, exact, expansion, sampling"),
     ({"outside": "cake"}, "Known: clip, error, nan"), ({"lines": 100}, "number of lines, 100, is not a power of two"),
