@@ -5,6 +5,7 @@ from pydantic import BaseModel, Field
 
 from slipstick.interface.tables import condition_columns
 from slipstick.pictures.conditions import described
+from slipstick.pictures.output import Output
 
 from ..bodies import JsonRoute
 from ..csv_form import CSV_RESPONSE, TableFormQuery, csv_response, wants_csv
@@ -55,8 +56,8 @@ def fit_residuals(id: FitId, store: FitStore, request: Request, client: Revalida
                 prediction[name] for name in ("condition", "measured", "before", "mean", "std")), strict=True)]
     if not wants_csv(request, form):
         return Residuals(id=id, residuals=rows)
-    numbers = ("measured", "before", "predicted", "std", "residual")
+    numbers, unit = ("measured", "before", "predicted", "std", "residual"), Output.of(data).unit
     taken = {name: [column[row.condition] for row in rows] for name, column in condition_columns(given).items()}
     return csv_response({"condition": [row.condition for row in rows], **taken,
-                         **{f"{name} [s]": [getattr(row, name) for row in rows] for name in numbers}},
+                         **{f"{name} [{unit}]": [getattr(row, name) for row in rows] for name in numbers}},
                         f"{id}_residuals")

@@ -224,6 +224,15 @@ def test_residuals(made: Callable[..., dict[str, Any]], shelf: Path, tmp_path: P
     assert found[5]["residual"] == prediction["measured"][5] - prediction["mean"][5]
 
 
+def test_residuals_of_another_machine_have_its_unit(made: Callable[..., dict[str, Any]], tmp_path: Path,
+                                                    serving_jobs: Any) -> None:
+    output = made()
+    output["figure_data"] |= {"output": {"name": "largest_current", "unit": "A"}}
+    with serving_jobs(tmp_path, {"fit": ({"recordings": "measured"}, output)}) as client:
+        table = rows(client.get("/v1/fits/fit/residuals?format=csv"))
+    assert list(table[0])[5:] == [f"{name} [A]" for name in ("measured", "before", "predicted", "std", "residual")]
+
+
 @pytest.fixture(scope="module")
 def submitted(client: httpx.Client) -> None:
     for kind in ("fits", "studies"):
