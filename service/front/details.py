@@ -91,7 +91,7 @@ def conditions_table(conditions: Setting, more: Mapping[str, Sequence[float]] | 
 
 def numbers_table(word: str, columns: Mapping[str, Sequence[float]], count: int, noun: str) -> str:
     """Return a table of columns under headings with units, one row for each number; folded where it is long."""
-    head = (word, *(units.raised(in_words(heading)) for heading in columns))
+    head = (word, *(units.raised(in_words(heading)).removesuffix(" [1]") for heading in columns))
     rows = [[str(number), *(f"{value:.5g}" for value in row)]
             for number, row in enumerate(islice(zip(*columns.values(), strict=True), _MOST))]
     left = count - len(rows)

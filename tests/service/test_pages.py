@@ -17,6 +17,7 @@ from selenium.webdriver.support.wait import WebDriverWait
 from test_problems import problem
 
 from service.front import mapped
+from service.front.details import numbers_table
 from service.front.elements import job_name
 from slipstick.machine import Profile, Runs
 from slipstick.pictures import units
@@ -120,6 +121,11 @@ def test_map_and_curves_of_a_table_have_the_same_unit(library: Library) -> None:
     assert isinstance(table, Grid)
     drawn = mapped._draw(replace(table, times=0.05 * table.times), 5, [0, 1])
     assert [panel.title for panel in drawn] == 2 * ["shifting time [ms]"]
+
+
+def test_columns_without_a_unit_have_none() -> None:
+    shown = numbers_table("number", {"voltage_profile [1]": [0.0], "load_torque [N m]": [0.5]}, 1, "condition")
+    assert re.findall("<th>([^<]+)", shown)[:3] == ["number", "voltage profile", "load torque [N m]"]
 
 
 def test_a_bench_shows_blocks_sensors_profiles_and_curves(client: httpx.Client) -> None:
