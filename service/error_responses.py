@@ -33,7 +33,8 @@ _DESCRIPTIONS = {
     415: "The operation does not accept the media type of the request body",
     422: "A parameter or a field of the request body is invalid",
     500: "A table file is invalid, or the service failed to process the request",
-    503: "The job database does not respond, or the service is busy; the header Retry-After states when to try again",
+    503: "The job database or the folder of the tables is not there, or the service is busy; the header Retry-After "
+         "states when to try again",
 }
 _EXAMPLES: dict[int, ProblemDetails] = {
     problem.status: problem for problem in (

@@ -94,7 +94,7 @@ class NotLocal(errors.SlipstickError):
 
 
 class StoreUnavailable(errors.SlipstickError):
-    """The job database does not respond, or the folder of the tables does not exist."""
+    """The job database does not respond, or the folder of the tables cannot be written."""
 
 
 _STATUS: dict[type[errors.SlipstickError], int] = {
@@ -103,6 +103,7 @@ _STATUS: dict[type[errors.SlipstickError], int] = {
     errors.BadBench: 422,
     errors.BadRecording: 422,
     errors.RefusedTable: 422,
+    errors.NoFolder: 503,
     errors.LimitExceeded: 413,
     errors.OutsideTable: 422,
     errors.BadTable: 500,
@@ -132,6 +133,7 @@ _TITLES: dict[type[errors.SlipstickError], str] = {
     TooLarge: "Request too large",
     UnsupportedMedia: "Unsupported media type",
     StoreUnavailable: "Storage unavailable",
+    errors.NoFolder: "Storage unavailable",
 }
 """Titles of the classes whose name is not suitable as a title."""
 

@@ -77,6 +77,10 @@ class RefusedTable(SlipstickError):
     """An uploaded table is invalid."""
 
 
+class NoFolder(SlipstickError):
+    """The folder of the tables does not exist, such as that of a disk that is not mounted."""
+
+
 class LimitExceeded(SlipstickError):
     """A file would exceed a limit of the folder that is to hold it."""
 

@@ -92,7 +92,7 @@ async def _upload_body(request: Request) -> bytes:
     return await request.body()
 
 
-@router.get("", summary="List the benches", response_model=BenchList, responses=error_responses() | CSV_RESPONSE)
+@router.get("", summary="List the benches", response_model=BenchList, responses=error_responses(503) | CSV_RESPONSE)
 def list_benches(library: LibraryDependency, request: Request, limit: Limit = 1000, offset: Offset = 0,
                  form: TableFormQuery = None) -> BenchList | Response:
     """Return all benches; an invalid file is listed with the reason."""
@@ -104,7 +104,7 @@ def list_benches(library: LibraryDependency, request: Request, limit: Limit = 10
                      links=page_links(request, limit, offset, len(names)))
 
 
-@router.get("/{name}", summary="Describe a bench", responses=error_responses(404) | NOT_MODIFIED)
+@router.get("/{name}", summary="Describe a bench", responses=error_responses(404, 503) | NOT_MODIFIED)
 def describe_bench(name: BenchNamePath, library: LibraryDependency, client: RevalidationDependency) -> BenchDescription:
     """Return parameters with their priors, torque converter, sensors and current profiles of a bench."""
     bench = library.bench(name)

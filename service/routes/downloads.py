@@ -22,7 +22,7 @@ _TYPES = {"h5": "application/x-hdf5", "toml": "application/toml"}
 
 def _file_response(extension: str) -> dict[int | str, dict[str, Any]]:
     content = {_TYPES[extension]: {"schema": {"type": "string", "format": "binary"}}}
-    return {200: {"description": "The file", "content": content}, **error_responses(404)}
+    return {200: {"description": "The file", "content": content}, **error_responses(404, 503)}
 
 
 @router.get("/tables/{name}/file", summary="Download a table", tags=["tables"], response_class=FileResponse,

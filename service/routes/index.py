@@ -11,7 +11,6 @@ from ..error_responses import error_responses
 from ..heartbeats import Heartbeats
 from ..job_store import KINDS
 from ..job_table import JobTable
-from ..problem_details import StoreUnavailable
 from ..recent import Recent
 from ..schemas import SIMULATED, SettingsDependency
 
@@ -75,10 +74,8 @@ async def health(request: Request) -> Health:
 
 
 def health_of(library: Library, table: JobTable, heartbeats: Heartbeats) -> Health:
-    """Read the folder and the job database; raises `StoreUnavailable` and errors of the database."""
-    if not library.folder.is_dir():
-        raise StoreUnavailable(f"The folder '{library.folder}' does not exist",
-                               "Set SLIPSTICK_TABLES to the folder that contains the tables")
+    """Read the folder and the job database; raises `NoFolder` and errors of the database."""
+    library.require_folder()
     jobs = table.states("ENQUEUED", "PENDING")
 
     def count(workflow: str, wanted: str) -> int:

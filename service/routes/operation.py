@@ -53,9 +53,6 @@ def ready(request: Request, library: LibraryDependency, fits: FitStore, workers:
     503 names every cause. By default no worker is required: without one, everything but jobs works, and they wait.
     """
     def folder() -> None:
-        if not library.folder.is_dir():
-            raise StoreUnavailable(f"The folder '{library.folder}' does not exist",
-                                   "Set SLIPSTICK_TABLES to the folder that contains the tables")
         try:
             library.tables()
             with tempfile.TemporaryFile(dir=library.folder) as file:

@@ -140,7 +140,7 @@ async def _upload_body(request: Request) -> tuple[Form, bytes]:
 
 
 @router.get("", summary="List the recordings", response_model=RecordingsList,
-            responses=error_responses() | CSV_RESPONSE)
+            responses=error_responses(503) | CSV_RESPONSE)
 def list_recordings(library: LibraryDependency, request: Request, limit: Limit = 1000, offset: Offset = 0,
                     form: TableFormQuery = None) -> RecordingsList | Response:
     """Return all recordings; an invalid file is listed with the reason."""
@@ -152,7 +152,7 @@ def list_recordings(library: LibraryDependency, request: Request, limit: Limit =
                           links=page_links(request, limit, offset, len(names)))
 
 
-@router.get("/{name}", summary="Describe recordings", responses=error_responses(404) | NOT_MODIFIED)
+@router.get("/{name}", summary="Describe recordings", responses=error_responses(404, 503) | NOT_MODIFIED)
 def describe_recordings(name: RecordingsNamePath, library: LibraryDependency,
                         client: RevalidationDependency) -> RecordingsDescription | RunsDescription:
     """Return the measured shifting times, the conditions, and a description of the recorded signals."""

@@ -147,7 +147,7 @@ TableNamePath = Annotated[str, Path(description="Name of the table.",
                                     openapi_examples={"nominal": {"summary": "The nominal table", "value": "nominal"}})]
 
 
-@router.get("", summary="List the tables", response_model=TableList, responses=error_responses() | CSV_RESPONSE)
+@router.get("", summary="List the tables", response_model=TableList, responses=error_responses(503) | CSV_RESPONSE)
 def list_tables(library: LibraryDependency, request: Request, limit: Limit = 1000, offset: Offset = 0,
                 form: TableFormQuery = None) -> TableList | Response:
     """Return all tables. The content of each file is verified; an invalid file is listed with the reason."""
@@ -159,7 +159,7 @@ def list_tables(library: LibraryDependency, request: Request, limit: Limit = 100
                      links=page_links(request, limit, offset, len(names)))
 
 
-@router.get("/{name}", summary="Describe a table", responses=error_responses(404) | NOT_MODIFIED)
+@router.get("/{name}", summary="Describe a table", responses=error_responses(404, 503) | NOT_MODIFIED)
 def describe_table(name: TableNamePath, library: LibraryDependency,
                    client: RevalidationDependency) -> TableDescription:
     """Return the axes with their units, the digests, the simulated model, the accuracy and the conditions."""

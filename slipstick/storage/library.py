@@ -23,6 +23,7 @@ from slipstick.errors import (
     BadTable,
     InvalidValue,
     LimitExceeded,
+    NoFolder,
     UnknownName,
 )
 from slipstick.machine import Runs
@@ -61,6 +62,12 @@ class Library:
     """Maximum size of all files in the folder together, in bytes, once a file is added."""
     most_engagements: int | None = None
     """Maximum number of engagements of added recordings."""
+
+    def require_folder(self) -> None:
+        """Raise `NoFolder` if the folder does not exist: what it holds is then not known."""
+        if not self.folder.is_dir():
+            raise NoFolder(f"The folder '{self.folder}' does not exist",
+                           "Set SLIPSTICK_TABLES to the folder that contains the tables")
 
     def benches(self) -> list[str]:
         """Names of the bench files, sorted."""
@@ -360,9 +367,13 @@ class Library:
 
     def _file(self, name: str, form: str = "h5") -> Path | None:
         path = self.folder / f"{name}.{form}"
-        return path if _NAME.fullmatch(name) and os.path.lexists(path) else None
+        if _NAME.fullmatch(name) and os.path.lexists(path):
+            return path
+        self.require_folder()
+        return None
 
     def _files(self, suffix: str = ".h5") -> list[Path]:
+        self.require_folder()
         return [path for path in self.folder.glob(f"*{suffix}") if _NAME.fullmatch(path.stem)]
 
 

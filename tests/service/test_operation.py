@@ -40,7 +40,8 @@ def test_a_service_without_its_folder_lives_but_is_not_ready(client: httpx.Clien
     assert client.get("/v1/ready").json() == {"status": "ready", "workers": 0}
     assert sorted(path.name for path in (folder / "tables").iterdir()) == ["heavy.toml", "measured.h5", "nominal.h5"]
     (folder / "tables").rename(folder / "moved")
-    assert "does not exist" in problem(client.get("/v1/ready"), 503)["detail"]
+    for path in ("/v1/ready", "/v1/tables", "/v1/benches/heavy", "/v1/recordings/measured", "/", "/find"):
+        assert "does not exist" in problem(client.get(path), 503)["detail"], path
     (folder / "tables").write_text("a file")
     problem(client.get("/v1/ready"), 503)
     assert client.get("/v1/live").is_success
