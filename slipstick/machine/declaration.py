@@ -224,8 +224,8 @@ class Block:
         return function
 
     def output(self, function: Rate) -> Rate:
-        """Declare the signal that the block gives: `function(x, u, q, p)`, or a tuple; it is the first state without
-        it."""
+        """Declare the signal that the block gives: `function(x, u, q, p)`, or a tuple; without it, it is the state of
+        that name, or else the first one."""
         self.output_function = function
         return function
 
@@ -233,6 +233,15 @@ class Block:
     def signals(self) -> tuple[str, ...]:
         """The signals that the block gives."""
         return (self.gives,) if isinstance(self.gives, str) else self.gives
+
+    @property
+    def given_states(self) -> tuple[str, ...]:
+        """The states that are the signals of a block without an output of its own; none where that cannot be."""
+        named = {identifier_of(state): state for state in self.states}
+        signals = [identifier_of(signal) for signal in self.signals]
+        if set(signals) <= set(named):
+            return tuple(named[signal] for signal in signals)
+        return self.states[:1] if len(signals) == 1 else ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -359,6 +368,9 @@ class Machine:
         if not block.states and block.output_function is None:
             raise InvalidValue(f"{place} has neither states nor an output",
                                "Declare it with the decorator @block.output")
+        if block.output_function is None and not block.given_states:
+            raise InvalidValue(f"{place} gives several signals that are not all states, and has no output",
+                               "Declare it with the decorator @block.output, which returns one value for each signal")
         for name in (*block.lowest, *block.switches):
             if name not in block.states:
                 raise InvalidValue(f"{place} has no state '{name}'", f"Its states are: {', '.join(block.states)}")

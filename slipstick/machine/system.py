@@ -39,15 +39,20 @@ class System:
 def system_of(block: Block) -> System:
     """Return the equations of a block."""
     states = tuple(identifier_of(name) for name in block.states)
-    first = states[0] if states else ""
     own = {name: _read(name) for name in block.states} | dict(block.derived)
     if block.output_function is None:
-        own[block.signals[0]] = _read(block.states[0])
+        own |= {signal: _read(state) for signal, state in zip(block.signals, block.given_states, strict=True)}
     return System(states, block.signals, block.rate_function or (lambda x, u, q, p: ()),
                   block.start_function or (lambda u, q, p: (0.0,) * len(states)),
-                  block.output_function or (lambda x, u, q, p: getattr(x, first)), own,
+                  block.output_function or read_states(block), own,
                   tuple(block.lowest.get(name, -np.inf) for name in block.states),
                   tuple(block.states.index(name) for name in block.switches))
+
+
+def read_states(block: Block) -> Callable[[Any, Any, Any, Any], Any]:
+    """Return the output of a block without one of its own: the states that it gives."""
+    names = tuple(identifier_of(state) for state in block.given_states)
+    return lambda x, u, q, p: tuple(getattr(x, name) for name in names)
 
 
 def _read(name: str) -> Callable[[Any, Any, Any], Any]:

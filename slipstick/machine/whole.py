@@ -8,6 +8,7 @@ import numpy as np
 
 from slipstick.errors import InvalidValue
 from slipstick.machine.declaration import Block, Machine, Namespace, as_tuple, identifier_of
+from slipstick.machine.system import read_states
 
 
 def compose(machine: Machine, name: str = "whole") -> Machine:
@@ -63,8 +64,8 @@ def _merge(machine: Machine, merged: Sequence[Block], name: str) -> Block:
 def sort_blocks(blocks: tuple[Block, ...]) -> tuple[Block, ...]:
     """Return blocks in the order in which their outputs can be computed: those that pass an input on come behind it.
 
-    A block with an output of its own may pass on each signal that it reads; one that gives its first state passes
-    nothing on. Raises `InvalidValue` for an algebraic loop, with the names of its signals.
+    A block with an output of its own may pass on each signal that it reads; one that gives states passes nothing
+    on. Raises `InvalidValue` for an algebraic loop, with the names of its signals.
     """
     left, ordered = list(blocks), list[Block]()
     while left:
@@ -83,8 +84,7 @@ def _name_signals(blocks: tuple[Block, ...], x: Any, u: Any, q: Any, p: Any) -> 
     """Return all inputs and the signals that blocks give, by identifier."""
     known = Namespace(**vars(u))
     for block in blocks:
-        output = block.output_function
-        values = output(x, known, q, p) if output else getattr(x, identifier_of(block.states[0]))
+        values = (block.output_function or read_states(block))(x, known, q, p)
         for signal, value in zip(block.signals, as_tuple(values), strict=True):
             if not hasattr(known, identifier_of(signal)):  # which a block before it gives
                 setattr(known, identifier_of(signal), value)

@@ -17,6 +17,7 @@ from slipstick.errors import InvalidValue
 from slipstick.machine import Block, Command, Condition, Machine, Parameter, Profile, Quantity, Runs, Sensor
 from slipstick.machine.declaration import identifier_of
 from slipstick.machine.system import system_of
+from slipstick.machine.whole import compose
 
 SHIPPED = sorted((Path(__file__).parents[3] / "tables" / "machines").glob("*.py"))
 
@@ -225,6 +226,24 @@ def test_without_start_and_output_states_are_0_and_the_first_one_is_given() -> N
     np.testing.assert_array_equal(solved.outputs[:, 0], solved.x[:, 0])
     np.testing.assert_array_equal(system.own["inflow"](named_as(level=4.0), None, None), 4)
     assert [*system.own] == ["level", "sum", "inflow"]
+
+
+def test_without_an_output_the_states_with_the_names_of_the_signals_are_given() -> None:
+    """A lag before the measured state is written first as often as behind it."""
+    lagged = block(gives="level 1", states=("inflow", "level_1"),
+                   rate_function=lambda x, u, q, p: (u.voltage - x.inflow, x.inflow))
+    both = block(gives=("flow", "level"), states=("level", "flow"),
+                 rate_function=lambda x, u, q, p: (x.flow, u.voltage - x.flow))
+    given = {"voltage": np.ones((2, 11))}
+    solved = solve(Problem(system_of(lagged), 0.1, given, {}, {}))
+    np.testing.assert_array_equal(solved.outputs[:, 0], solved.x[:, 1])
+    solved = solve(Problem(system_of(both), 0.1, given, {}, {}))
+    np.testing.assert_array_equal(solved.outputs, solved.x[:, ::-1])
+    whole = compose(machine(both, sensors=(Sensor("flow"), Sensor("level")))).blocks[0]
+    solved = solve(Problem(system_of(whole), 0.1, given, {}, {}))
+    np.testing.assert_array_equal(solved.outputs, solved.x[:, ::-1])
+    with pytest.raises(InvalidValue, match="gives several signals that are not all states, and has no output"):
+        machine(block(gives=("level", "flow")), sensors=(Sensor("level"), Sensor("flow")))
 
 
 def test_a_state_that_is_called_like_a_side_is_refused() -> None:
