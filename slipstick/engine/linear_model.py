@@ -207,6 +207,17 @@ def restricted_likelihood(gram: Gram, variance: np.ndarray) -> float:
     return _restricted(gram, random, gram.products.sum(axis=0), variance).likelihood
 
 
+def weigh_scatter(fitted: Fitted, place: int, most: float) -> float:
+    """Nats by which the runs ask for a random effect with a larger standard deviation than `most`.
+
+    The other variances are those of the largest restricted likelihood either way.
+    """
+    gram, largest = fitted.gram, fitted.gram.widest.copy()
+    largest[place] = min(most, largest[place])
+    within = _most_likely(replace(gram, widest=largest), fitted.variance)
+    return restricted_likelihood(gram, fitted.variance) - restricted_likelihood(gram, within)
+
+
 class _Restricted(NamedTuple):
     """The restricted log-likelihood in nats up to a constant, its slope (q,) in the variances, and information (q, q).
 

@@ -21,7 +21,7 @@ from slipstick.engine.evidence import Screened, agree, expect, hold_out, multipl
 from slipstick.engine.fit import Fit, join, require_solutions
 from slipstick.engine.kinds import KindOfLaw, find_kinds
 from slipstick.engine.laws import Candidate, list_candidates
-from slipstick.engine.linear_model import solve
+from slipstick.engine.linear_model import solve, weigh_scatter
 from slipstick.engine.loops import join_loops
 from slipstick.engine.measured_law import Law, measure
 from slipstick.engine.model import State
@@ -40,6 +40,8 @@ from slipstick.numerics.threads import in_one_blas_thread
 
 _STATED = 0.005
 """Share of the excess that further steps of fits may promise: the share that laws close is stated in per cent."""
+_OUTSIDE = 3.0
+"""Standard deviations by which a mean, or a scatter, is outside of what is declared of it."""
 _Tried = TypeVar("_Tried")
 _TRIALS = np.errstate(over="ignore", invalid="ignore", divide="ignore")
 """Without warnings of trial steps from which equations overflow: such steps are not taken."""
@@ -89,9 +91,8 @@ class ParameterEstimate:
     """The mean over the runs of a parameter, its standard error, its scatter between runs, and its `nominal` value.
 
     All are in its unit. It is `known` where the recordings have told more than what was known before, and `beyond`
-    where the mean is outside of three standard deviations of that, or the scatter above the declared one by three
-    standard errors that it would have if each run showed its parameter exactly. A mean that recordings ask to be
-    further away is held there, and has the error of what was known before.
+    where the mean is outside of three standard deviations of that, or the scatter above the declared one by as much. A
+    mean that recordings ask to be further away is held there, and has the error of what was known before.
     """
 
     name: str
@@ -216,7 +217,6 @@ def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:
     estimates, recorded = list[ParameterEstimate](), fit.recorded
     terms = (*recorded.random, *recorded.shared)
     scatter, held = np.append(np.sqrt(fit.fitted.variance), np.zeros(len(recorded.shared))), fit.fitted.held
-    most = 1 + 3 / np.sqrt(2 * len(recorded))  # of an estimated scatter over the true one
     for place, term in enumerate(terms):
         declared = {each.name: each for each in recorded.machine.parameters}.get(term.name)
         if declared is None:
@@ -224,8 +224,9 @@ def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:
         nominal = next(part.parameters[term.place] for part in recorded.parts if term.place in part.parameters).mean()
         mean = fit.fitted.coefficients[place]
         error = term.std if held[place] else np.sqrt(fit.fitted.covariance[place, place])
-        is_beyond = (held[place] or abs(mean - term.target) > 3 * declared.within
-                     or scatter[place] > most * declared.scatter > 0)
+        is_beyond = (held[place] or abs(mean - term.target) > _OUTSIDE * declared.within
+                     or (scatter[place] > declared.scatter > 0
+                     and weigh_scatter(fit.fitted, place, declared.scatter) > 0.5 * _OUTSIDE**2))
         estimated = float(nominal * np.exp(mean) if term.is_factor else nominal + term.size * mean)
         size = abs(estimated) if term.is_factor else term.size
         estimates.append(ParameterEstimate(term.name, estimated, float(size * error), float(size * scatter[place]),

@@ -9,7 +9,7 @@ from scipy.signal import lsim
 from slipstick.engine.kinds import find_kind
 from slipstick.engine.preparation import prepare
 from slipstick.engine.selection import identify
-from slipstick.engine.study import MachineStudy, estimate_parameters, fit_parameters, study
+from slipstick.engine.study import MachineStudy, ParameterEstimate, estimate_parameters, fit_parameters, study
 from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Runs, Sensor
 
 RUNS, TIME, NOISE = 24, np.linspace(0, 1, 201), 2e-3
@@ -79,6 +79,23 @@ def test_a_parameter_that_is_held_at_the_end_of_what_is_declared_has_no_interval
     assert gain.beyond
     assert not gain.known
     assert gain.error > 0.04 * gain.mean
+
+
+def test_a_scatter_is_outside_of_what_is_declared_where_the_runs_tell_that_it_is_larger() -> None:
+    """Runs that tell little of a parameter often have an estimate of its scatter that is larger than the truth."""
+    def estimate(seed: int, scatter: float, noise: float) -> ParameterEstimate:
+        rng, runs = np.random.default_rng(seed), record(seed, drag=0.0)
+        signal = runs.signals["torque"] * np.exp(scatter * rng.standard_normal((RUNS, 1)))
+        signal = signal + noise * rng.standard_normal(signal.shape)
+        gain, = estimate_parameters(fit_parameters(declare(), replace(runs, signals={"torque": signal})))
+        return gain
+
+    loud = [estimate(seed, 0.0, 1.0) for seed in range(8)]
+    assert sum(each.scatter > 0.02 * each.mean for each in loud) > 1
+    assert not any(each.beyond for each in loud)
+    wide = estimate(1, 0.06, 0.0)
+    assert wide.scatter > 0.03 * wide.mean
+    assert wide.beyond
 
 
 def test_nothing_is_named_of_a_machine_that_rests_in_all_runs() -> None:
