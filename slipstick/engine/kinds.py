@@ -76,23 +76,25 @@ def find_kind(fit: Fit, pair: Pair) -> KindOfLaw | None:
 
     A kind has fewer coefficients than the law, so that it gains where it is right; an offset has one, and is a
     constant. Kinds are compared in the linear model about the fit, with the best shape of each; the best ones are
-    fitted.
+    fitted. A free shape always finds a little of the noise: each kind counts over all its shapes (marginal likelihood).
     """
     law, reach = fit.laws[pair], _WIDE * max(float(np.abs(fit.state.laws[pair]).max()), 1e-12)
     families = list(_list_families(law, fit.priors[pair].known_up_to,
                                     fit.recorded.machine.kinds_of(pair)))
-    weighed = [(forms[0], family) for family in families if (forms := _weigh_all(fit, pair, family, reach))]
-    weighed.sort(key=lambda each: -each[0].nats)
-    tried = list[tuple[Fit, _Family]]()
-    for each, family in weighed[:_MOST]:
+    weighed = [(forms[0], family, _weigh_shape(forms, family.shapes)) for family in families
+               if (forms := _weigh_all(fit, pair, family, reach))]
+    weighed.sort(key=lambda each: -each[0].nats - each[2])
+    tried = list[tuple[Fit, _Family, float]]()
+    for each, family, shape in weighed[:_MOST]:
         with suppress(InvalidValue):  # a form from which the equations have no finite solution is none of the law
-            tried.append((_fit_form(fit, pair, each.form, reach), family) if family.formed is not None else
-                         _fit_memory(fit, pair, each, family, reach))
+            fitted, family = ((_fit_form(fit, pair, each.form, reach), family) if family.formed is not None else
+                              _fit_memory(fit, pair, each, family, reach))
+            tried.append((fitted, family, fitted.evidence + shape))
     if not tried:
         return None
-    best = max(each.evidence for each, _ in tried)
+    best = max(nats for *_, nats in tried)
     # Where the constant of a law says nothing, a line is no more than what is proportional.
-    fitted, family = min((each for each in tried if each[0].evidence > best - SETTLED), key=lambda each: each[1].count)
+    fitted, family, _ = min((each for each in tried if each[2] > best - SETTLED), key=lambda each: each[1].count)
     if fitted.evidence < fit.evidence and law.count > 1:  # one coefficient is a constant, and has no law beside it
         return None
     forms = _weigh_all(fitted, pair, family, reach)
@@ -209,6 +211,18 @@ def _weigh_all(fit: Fit, pair: Pair, family: _Family, reach: float) -> list[_Wei
         shapes = np.linspace(forms[low].shape, forms[high].shape, _COMPARED)
     alike = [weighed[place] for place in likely if weighed[place].form.names == best.form.names]
     return sorted(alike, key=lambda each: -each.nats)
+
+
+def _weigh_shape(forms: Sequence[_Weighed], shapes: np.ndarray) -> float:
+    """Return the nats, at most 0, by which the likely forms, the best first, say more at the best shape than over all.
+
+    All `shapes` of the kind are as likely before, and so is what is between them.
+    """
+    likely, count = sorted(forms, key=lambda each: each.form.shape), len(shapes)
+    places = np.interp([each.form.shape for each in likely], np.sort(shapes), np.arange(count))
+    widths = np.gradient(places) if len(likely) > 1 else np.ones(1)
+    shares = np.exp([each.nats - forms[0].nats for each in likely])
+    return min(0.0, float(np.log(max(float(widths @ shares), 1e-300) / count)))
 
 
 def _weigh(fit: Fit, pair: Pair, form: _Form, reach: float) -> _Weighed:

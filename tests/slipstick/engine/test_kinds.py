@@ -51,6 +51,24 @@ def test_parameters_beside_the_equation_of_a_law_belong_to_it_where_the_law_may_
     assert abs(measured.mean - GAIN) > 4 * measured.error  # beside the measured law, which leaves its line to it
 
 
+def test_a_line_has_no_limit_that_only_noise_asks_for() -> None:
+    """A saturation at the best of its limits always fits the noise a little better than a line."""
+    stated = Parameter("gain", "N m/A", value=0.5, scatter=0.0, within=1e-4)
+    machine = replace(declare(), blocks=(replace(declare().blocks[0], parameters=(stated,)),),
+                      sensors=(Sensor("torque", "N m", without=("current", "torque")),))
+    for seed in range(4):
+        rng, corners = np.random.default_rng(seed), np.tile([0.0, 0.5, 1.0], (RUNS, 1))
+        current = Profile(corners, rng.uniform(-4.5, 4.5, (RUNS, 3)))
+        torque = GAIN * current.at(TIME) + NOISE * rng.standard_normal((RUNS, len(TIME)))
+        runs = Runs(TIME, {"torque": torque}, {"current": current}, order=np.arange(float(RUNS)))
+        fitted, = identify(prepare(machine, runs)).fits
+        kind = find_kind(fitted, ("loss", "current"))
+        assert kind is not None
+        assert kind.name == "proportional"
+        slope, = kind.coefficients
+        assert slope.lower < 0.5 - GAIN < slope.upper
+
+
 def test_a_lag_of_a_sensor_has_any_time_and_is_stated_with_the_clock() -> None:
     rng, time, fine = np.random.default_rng(5), 4.3 * (TIME[1] - TIME[0]), 20
     corners, values = np.tile(np.linspace(0, 1, 12), (RUNS, 1)), rng.uniform(-4.5, 4.5, (RUNS, 12))
