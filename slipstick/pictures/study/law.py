@@ -70,7 +70,7 @@ def _caption(laws: Sequence[Law], runs: str) -> str:
 def headline(finding: Changed, law: Law) -> str:
     """The law in one sentence."""
     unit, factor = _choose_unit(law)
-    if law.x is None or finding.depends_on == "gain":
+    if law.x is None or (finding.depends_on == "gain" and law.relative):  # a share, which is the same at all readings
         size = factor * sum(law.change) / len(law.change)
         text = units.number(size) if finding.depends_on == "lag" else units.signed(size)
         return f"{finding.title}: {units.with_unit(text, unit)}"
