@@ -62,10 +62,8 @@ class Gap:
 
     @property
     def closed(self) -> float | None:
-        """Share of the excess that the laws close; None where a fit has not converged, which says nothing of them."""
-        if not self.converged:
-            return None
-        return 1 - self.beside / self.without if self.without > 0 else 0.0
+        """Share of the excess that the laws close; None where a fit has not converged, and where there is no excess."""
+        return 1 - self.beside / self.without if self.converged and self.without > 0 else None
 
 
 @dataclass(frozen=True, eq=False)

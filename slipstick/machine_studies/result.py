@@ -131,11 +131,11 @@ class MachineGap:
     after: float
     """The same with the findings."""
     closed: float | None
-    """Share that the findings close; null where `converged` is false."""
+    """Share that the findings close; null where `converged` is false, and where there is no excess to close."""
     control: str
     """A law over another quantity that the recordings did not ask for."""
     control_closed: float | None
-    """Share that the control closes: a wrong law must not; null where `control_converged` is false."""
+    """Share that the control closes: a wrong law must not; null where `control_converged` is false, or no excess."""
     nats: float
     """Gain in log marginal likelihood of the whole machine by the findings."""
     errors: float

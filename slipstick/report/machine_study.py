@@ -44,6 +44,8 @@ _LIMITS = (
      "gain, the agreement of the runs, the rivals and the control."),
     ("Laws hold where runs have been:", "beyond the values that the runs visit, a law is constant."))
 
+_NO_GAP = ("There is no gap that it could close: driven by commands and conditions alone, the whole machine leaves no "
+           "more than noise without it as well.")
 _FEW = 12
 """Runs below which it is said that they are few."""
 _BEYOND = "outside of what is declared"
@@ -78,6 +80,8 @@ def lead(result: MachineStudyResult) -> str:
     gap = result.gap
     if gap is None:
         return ""
+    if gap.before <= 0:
+        return _NO_GAP
     if gap.closed is None:
         return ("How much of its gap to the recordings the simulation of the whole machine closes with what was found "
                 "is not known: a fit of it did not converge.")
@@ -103,6 +107,8 @@ def tell_evidence(result: MachineStudyResult) -> str:
 def _tell_closed(gap: MachineGap | None) -> str:
     if gap is None:
         return ""
+    if gap.before <= 0:
+        return f" {_NO_GAP}"
     if gap.closed is None:
         return " How much of the gap it closes is not known: a fit of the whole machine did not converge."
     control = "; the fit with a wrong law did not converge" if gap.control_closed is None else \
@@ -407,6 +413,8 @@ def _describe_gap(result: MachineStudyResult) -> Section:
         ("with the findings", *_state_closed(gap.after, gap.closed)),
         (f"with the control: {within(gap.control)}",
          *_state_closed(gap.before * (1 - (gap.control_closed or 0.0)), gap.control_closed))]
+    if gap.before <= 0:
+        rows = [rows[0], ("with the findings", units.number(gap.after, 3) if gap.converged else "did not converge", "")]
     return Section("The gap of the whole machine", [
         Table(("simulation of the whole machine", "squared residuals beyond noise", "closed"), rows),
         Note("Summed over all samples, in units of the noise variance; below 0, less is left than noise leaves on "

@@ -143,7 +143,12 @@ def test_a_fit_that_did_not_converge_shows_no_closure() -> None:
     assert lead(unknown).endswith("is not known: a fit of it did not converge.")
     assert " is not known: a fit of the whole machine did not converge." in tell_evidence(unknown)
     assert "Not converged:" in dict(warnings(unknown))
-    for result, shown in ((lost, ["", "100 %", "did not converge"]), (unknown, ["", *["did not converge"] * 2])):
+    absent = replace(settled, gap=replace(gap, before=-832.0, after=-900.0, closed=None, control_closed=None))
+    assert " There is no gap that it could close: " in tell_evidence(absent)
+    assert lead(absent).startswith("There is no gap that it could close: ")
+    assert "%" not in lead(absent)
+    for result, shown in ((lost, ["", "100 %", "did not converge"]), (unknown, ["", *["did not converge"] * 2]),
+                          (absent, ["", ""])):
         table = next(part for section in sections(result, []) if section.title.startswith("The gap")
                      for part in section.parts if isinstance(part, Table))
         assert [row[-1] for row in table.rows] == shown
@@ -184,3 +189,13 @@ def test_few_runs_are_warned_about_and_a_shape_of_a_grid_has_no_interval() -> No
     tables = [part for section in sections(make_result(lag), []) if section.title.startswith("Finding")
               for part in section.parts if isinstance(part, Table)]
     assert [row[1:] for row in tables[0].rows] == [("0.8200", "0.7900 to 0.8500"), ("13.60 ms", "–")]
+
+
+def test_the_gain_error_of_a_sensor_is_told_over_its_readings() -> None:
+    """It is a law in the unit of the signal, whose mean over readings of both signs says nothing."""
+    law = replace(LAW, change=[-4.0, 0.0, 8.0], lower=[-4.1, -0.1, 7.9], upper=[-3.9, 0.1, 8.1], unit="rad/s")
+    finding = make_finding(("speed sensor", "gain"), "shaft", law=law)
+    text = " ".join(dict(part.entries)["Law:"] for section in sections(make_result(finding), [])
+                    for part in section.parts if isinstance(part, Items) and "Law:" in dict(part.entries))
+    assert text.startswith("The error of the speed sensor rises by 12 rad/s as the reading grows from -200 to 400 rad/s"
+                           .replace("-", "−"))
