@@ -338,7 +338,9 @@ def temper(fitted: Fit, settings: EngineSettings, origin: State | None = None) -
         wanted = {name: max(1.0, _trim(chi, settings.most_outlying)) for name, chi in fitted.chi_square.items()}
         wanted = {name: value if value > 1 + settings.unexplained else 1.0 for name, value in wanted.items()}
         parts = fitted.recorded.parts
-        if all(abs(np.log(wanted[part.name] / part.temper)) < settings.unexplained for part in parts):
+        # Near what counts already is near enough, but for nothing that is left.
+        if all(part.temper == 1 if wanted[part.name] == 1 else
+               abs(np.log(wanted[part.name] / part.temper)) < settings.unexplained for part in parts):
             break
         hotter = any(wanted[part.name] > 2 * part.temper for part in parts)
         recorded = replace(fitted.recorded, parts=tuple(replace(part, temper=wanted[part.name]) for part in parts))

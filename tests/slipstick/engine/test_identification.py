@@ -17,7 +17,7 @@ from slipstick.engine.measured_law import measure
 from slipstick.engine.preparation import prepare
 from slipstick.engine.priors import Prior
 from slipstick.engine.recordings import Recorded
-from slipstick.engine.selection import Identification, _is_unexplained, identify, settle
+from slipstick.engine.selection import Identification, _is_unexplained, identify, settle, temper
 from slipstick.engine.settings import EngineSettings
 from slipstick.engine.simulation import simulate
 from slipstick.engine.study import _compare, study
@@ -85,6 +85,13 @@ def test_a_leak_over_the_level_is_named_first_and_alone(leaking: Identification)
     assert ("leak", "level") in (finding.pair, *finding.rivals)  # an outlet that depends on the level is the same
     assert finding.nats > 50
     assert not leaking.unexplained
+
+
+def test_a_part_that_leaves_no_more_than_noise_has_no_more_noise(leaking: Identification) -> None:
+    """What it has left without a law counted as noise, and a little of that may be there still."""
+    fitted, settings = leaking.fits[0], EngineSettings()
+    hotter = replace(fitted.recorded, parts=tuple(replace(part, temper=1.15) for part in fitted.recorded.parts))
+    assert [part.temper for part in temper(fitted.again(hotter), settings).recorded.parts] == [1.0]
 
 
 def test_the_measured_law_is_the_hidden_one_up_to_what_parameters_replace(leaking: Identification) -> None:
