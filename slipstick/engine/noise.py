@@ -116,6 +116,32 @@ def second_variances(values: np.ndarray, counted: np.ndarray, lags: Sequence[int
                      for place in range(values.shape[1])])
 
 
+def weigh_differences(left: np.ndarray, carried: np.ndarray, counted: np.ndarray, lags: Sequence[int]) -> np.ndarray:
+    """Return matrices (o, lags, lags) that make errors of logarithms of `second_variances` independent, of variance 1.
+
+    `left` (n, o, k) is what a fit leaves, and `carried` a draw of the noise that inputs add to it. Slow noise is known
+    to some per cent of it only, which over several samples may be more than all noise of the sensor, and is nearly the
+    same error at all of them (generalised least squares).
+    """
+    share = second_variances(carried, counted, lags) / np.maximum(second_variances(left, counted, lags), _NONE)
+    errors = [_log_errors(left[:, place], counted[:, place], lags)
+              + part[:, None] * _log_errors(carried[:, place], counted[:, place], lags) * part
+              for place, part in enumerate(share)]
+    return np.linalg.inv(np.linalg.cholesky(np.array(errors)))
+
+
+def _log_errors(values: np.ndarray, counted: np.ndarray, lags: Sequence[int]) -> np.ndarray:
+    """Covariance (lags, lags) of the errors of the logarithms of the variances of second differences of rows (n, k).
+
+    It is that of a mean of independent runs, beside the least that independent values have.
+    """
+    each = np.array([[second_variance(row[None], samples[None], lag) for lag in lags]
+                     for row, samples in zip(values, counted, strict=True)])
+    each = np.log(each[(each > 0).all(axis=1)])
+    least = np.eye(len(lags)) * _SECOND_ERROR / max(counted.sum(), 1)
+    return np.asarray(least + np.cov(each.T) / len(each)) if len(each) > 1 else least
+
+
 @dataclass(frozen=True, eq=False)
 class Carried:
     """What the noise of an input adds to second differences: `variances` (c, o, lags) at the `correlations` (c,).
@@ -136,14 +162,16 @@ class Carried:
 
 
 def estimate_residual_noise(lags: Sequence[int], observed: np.ndarray, known: np.ndarray, sensors: Sequence[Noise],
-                            inputs: Sequence[tuple[Noise, Carried]] = ()) -> tuple[list[Noise], list[Noise]]:
+                            inputs: Sequence[tuple[Noise, Carried]] = (),
+                            weights: np.ndarray | None = None) -> tuple[list[Noise], list[Noise]]:
     """Return the noise of o sensors, and of inputs, by the second differences that a fit leaves of the signals.
 
     `observed` (o, lags) are their variances over the `lags` in samples, of which `known` ones come from the noise of
     other inputs. With the correlation of one of the `inputs`, its noise has the third differences of its signal: what
-    it adds is then known, and its power at low frequencies differs widely. A sensor of which too few samples count
-    keeps its noise.
+    it adds is then known, and its power at low frequencies differs widely. Logarithms of variances count by the
+    `weights` (o, lags, lags) of `weigh_differences`, or alike. A sensor of which too few samples count keeps its noise.
     """
+    weights = np.tile(np.eye(len(lags)), (len(observed), 1, 1)) if weights is None else weights
     shown = np.flatnonzero((observed > 0).all(axis=1)).tolist()
     most, middle = float(np.arctanh(HIGHEST)), [np.arctanh(float(np.clip(each.correlation, -_BEGIN, _BEGIN)))
                                                 for each in (*(sensors[place] for place in shown),
@@ -161,7 +189,9 @@ def estimate_residual_noise(lags: Sequence[int], observed: np.ndarray, known: np
         own = [[std**2 * filter_variance(second_taps(samples), rho) for samples in lags]
                for std, rho in zip(stds, correlations, strict=False)]
         off = [carried.shows.excess(rho) for rho, (_, carried) in zip(rest, inputs, strict=True)]
-        return np.concatenate([np.log((np.array(own) + added) / observed[shown]).ravel(), off])
+        ratios = weights[shown] @ np.log((np.array(own) + added) / observed[shown])[:, :, None]
+        # Differences of the input itself are known as those of neighbouring samples of a signal.
+        return np.concatenate([ratios.ravel(), np.array(off) * weights[shown, 0, 0].max()])
 
     limits = [np.arctanh(carried.correlations[[0, -1]]) for _, carried in inputs]
     bounds = (np.concatenate([least, np.full(len(shown), -most), [low for low, _ in limits]]),

@@ -26,6 +26,7 @@ from slipstick.engine.noise import (
     estimate_loudness,
     estimate_residual_noise,
     second_variances,
+    weigh_differences,
 )
 from slipstick.engine.part_fit import PartFit
 from slipstick.engine.preparation import straighten
@@ -454,7 +455,6 @@ def renew_noise(bare: Fit) -> Recorded:
             continue
         loudness = np.stack([estimate_loudness(model.residual[:, place], part.counted[:, place])
                              for place in range(len(part.signals))], axis=1)
-
         unknown = _list_own_inputs(part, bare.recorded.machine)
         others = {name: noise for name, noise in part.noise.items() if name not in unknown}
         own = {identifier_of(name): Differences.of(values) for name, values in bare.recorded.runs.signals.items()
@@ -471,8 +471,11 @@ def renew_noise(bare: Fit) -> Recorded:
 
         inputs = [(part.noise[name], Carried(shows, CORRELATIONS, np.array(
             [vary(carry({name: shows.noise(rho)})) for rho in CORRELATIONS.tolist()]))) for name, shows in own.items()]
+        # States make the noise of inputs slow.
+        weights = weigh_differences(model.residual / loudness[:, :, None], carry(part.noise) / loudness[:, :, None],
+                                    part.counted, lags) if part.noise and part.block.states else None
         sensors, estimated = estimate_residual_noise(lags, vary(model.residual), vary(carry(others)), part.sensors,
-                                                     inputs)
+                                                     inputs, weights)
         whole = part.measured / loudness[:, :, None]
         parts.append(replace(part, loudness=loudness, noise={**part.noise, **dict(zip(own, estimated, strict=True))},
                              sensors=tuple(bound_noise(each, whole[:, place]) for place, each in enumerate(sensors))))

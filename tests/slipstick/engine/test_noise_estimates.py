@@ -18,6 +18,7 @@ from slipstick.engine.noise import (
     estimate_residual_noise,
     estimate_sensor_noise,
     second_variances,
+    weigh_differences,
 )
 from slipstick.errors import InvalidValue
 
@@ -172,3 +173,19 @@ def test_noise_is_no_larger_than_what_the_signal_shows(lacking: float) -> None:
     third = np.diff(draw_noise(noise, (RUNS, SAMPLES), np.random.default_rng(5)), 3, axis=1).std()
     assert third < 1.02 * np.diff(own, 3, axis=1).std()
     assert lacking or noise.std == pytest.approx(0.2, rel=0.03)
+
+
+def test_slow_noise_of_an_input_that_is_larger_by_far_is_no_noise_of_the_sensor() -> None:
+    """A loud torque turns a shaft: over eight samples, what it adds to the speed is more than a hundred times the noise
+    of that, and both what is left and what is drawn of it are known to some per cent only."""
+    every = np.ones((36, 1, 300), bool)
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        carried, drawn = (lfilter([4.0, 4.0], [1, -0.99], draw_noise(Noise(0.5, 0.9), (36, 300), rng))[:, None]
+                          for _ in range(2))
+        left = draw_noise(Noise(0.5, 0.0), (36, 300), rng)[:, None] + carried
+        (estimated,), _ = estimate_residual_noise(
+            LAGS, second_variances(left, every, LAGS), second_variances(drawn, every, LAGS), [ASSUMED],
+            weights=weigh_differences(left, drawn, every, LAGS))
+        assert estimated.std == pytest.approx(0.5, rel=0.35)
+        assert abs(estimated.correlation) < 0.35
