@@ -20,7 +20,7 @@ MAY_IMPORT = {
     "slipstick": "",
     "slipstick.errors": "",
     "slipstick.time_budget": "slipstick.errors slipstick.numerics",
-    "slipstick.numerics": "numpy numba llvmlite pint threadpoolctl",
+    "slipstick.numerics": "numpy numba llvmlite pint threadpoolctl slipstick.errors",
     "slipstick.bench": "numpy slipstick.errors slipstick.numerics slipstick.storage.sheet slipstick.storage.shipped",
     "slipstick.clutch": "numpy scipy numba llvmlite slipstick.errors slipstick.numerics "
                         "slipstick.bench slipstick.clutch.effects slipstick.law_files",
@@ -39,8 +39,9 @@ MAY_IMPORT = {
                                   "slipstick.table slipstick.black_box",
     "slipstick.storage.library": "numpy slipstick.errors slipstick.bench slipstick.machine slipstick.storage.files "
                                  "slipstick.storage.versions slipstick.recordings slipstick.table slipstick.black_box",
-    "slipstick.recordings": "numpy h5py slipstick.errors slipstick.bench slipstick.storage.condition_layout "
-                            "slipstick.storage.files slipstick.storage.hdf5 slipstick.storage.isolated "
+    "slipstick.recordings": "numpy h5py slipstick.errors slipstick.numerics slipstick.bench "
+                            "slipstick.storage.condition_layout slipstick.storage.files slipstick.storage.hdf5 "
+                            "slipstick.storage.isolated "
                             "slipstick.storage.sheet slipstick.storage.shipped",
     "slipstick.acquisition": "numpy scipy h5py asammdf pyarrow slipstick.errors slipstick.numerics slipstick.bench "
                              "slipstick.machine slipstick.recordings slipstick.storage.cells slipstick.storage.hdf5 "

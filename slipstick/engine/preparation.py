@@ -23,6 +23,7 @@ from slipstick.errors import InvalidValue
 from slipstick.machine.declaration import Block, Machine, Namespace, as_tuple, identifier_of
 from slipstick.machine.runs import Runs
 from slipstick.machine.system import States, system_of
+from slipstick.numerics.equal_steps import require_equal_steps
 
 _LOOSE = 0.3
 """Standard deviation of the prior of a mean that is to be calibrated, in the scale of its parameter."""
@@ -45,9 +46,10 @@ def prepare(machine: Machine, runs: Runs, values: Mapping[str, float] | None = N
     """Return a machine with its recorded runs, at nominal `values` of its parameters by name.
 
     States that may come to rest are drawn to the recordings, unless the simulation `is_free`. A block of which a signal
-    or an input was not recorded is left out. Raises `InvalidValue` where a parameter has no value, or a signal has no
-    noise.
+    or an input was not recorded is left out. Raises `InvalidValue` where a parameter has no value, a signal has no
+    noise, or samples are not equidistant.
     """
+    require_equal_steps(runs.time)
     signals = {name: np.asarray(value, float) for name, value in runs.signals.items()}
     noise = {name: estimate_sensor_noise(name, value) for name, value in signals.items()}
     smooth = {name: smooth_signal(value) for name, value in signals.items()}

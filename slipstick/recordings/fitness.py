@@ -3,11 +3,9 @@
 import numpy as np
 
 from slipstick.errors import InvalidValue
+from slipstick.numerics.equal_steps import require_equal_steps
 from slipstick.recordings.recordings import Recordings
 from slipstick.recordings.signals import Signals
-
-_UNEVEN = 0.1
-"""Share of a step by which samples may be off equal steps: clocks are estimated to about as much."""
 
 
 def require_one_clock(recordings: Recordings) -> None:
@@ -26,16 +24,11 @@ def require_samples(recordings: Recordings, least: int) -> None:
     """
     assert recordings.signals is not None
     time = recordings.signals.time
-    even = np.linspace(time[0], time[-1], len(time))
-    off, step = float(np.abs(time - even).max()), float(even[1] - even[0])
-    if off > _UNEVEN * step:
-        raise InvalidValue(f"The times of the signals are not equidistant: one is {1e3 * off:.3g} ms from where it "
-                           f"would be with equal steps of {1e3 * step:.3g} ms",
-                           "Interpolate the signals at equal steps, as `import` does")
+    require_equal_steps(time)
     before = float(np.median(np.searchsorted(time, recordings.measured_time)))
     if before < least:
         raise InvalidValue(f"Half of the engagements have at most {before:.0f} samples before lock-up, "
-                           f"{1e3 * step:.3g} ms apart", f"Record at least {least}")
+                           f"{1e3 * (time[1] - time[0]):.3g} ms apart", f"Record at least {least}")
 
 
 def require_no_copies(signals: Signals) -> None:

@@ -91,6 +91,12 @@ def test_a_machine_that_is_driven_by_a_measured_signal_cannot_be_simulated() -> 
         assert "declare a Command" in refused.value.remedy
 
 
+def test_samples_that_are_not_equidistant_are_refused() -> None:
+    runs = record(Noise(1.0, 0.0))
+    with pytest.raises(InvalidValue, match=r"not equidistant: one is 0.5 ms from where .* steps of 2.5 ms"):
+        prepare(MEASURED, replace(runs, time=TIME + 5e-4 * (np.arange(len(TIME)) % 2)))
+
+
 def test_a_machine_without_commands_and_conditions_has_one_experiment() -> None:
     rotor = Block("rotor", gives="speed", reads=(), states=("speed",),
                   parameters=(Parameter("rate", "1/s", value=1.0),))
