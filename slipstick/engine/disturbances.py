@@ -2,7 +2,7 @@
 
 They are first-order autoregressive, and reach the signals through the equations, as the noise of measured inputs does:
 process noise (Ljung, System Identification, 1999, section 4.3). Without them, every small disturbance that a precise
-sensor shows is significant.
+sensor shows is significant. By what they leave, the noise of measured inputs is estimated as well.
 """
 
 from collections.abc import Sequence
