@@ -267,6 +267,8 @@ class _Search:
         if not full.converged and full.evidence + HOPED * full.promised > base.evidence + _TIED * reached:
             state = approach_each(full.recorded, full.laws, full.solution)
             full = full.restart(state, full.fitted.variance)
+        if full.evidence < base.evidence:  # runs that are far away stand for the law by their own parameters
+            full = full.restart()
         return self._judge(candidate, full, base, groups)
 
     def _finish(self, trial: _Trial) -> _Trial:
