@@ -116,18 +116,36 @@ def second_variances(values: np.ndarray, counted: np.ndarray, lags: Sequence[int
                      for place in range(values.shape[1])])
 
 
-def weigh_differences(left: np.ndarray, carried: np.ndarray, counted: np.ndarray, lags: Sequence[int]) -> np.ndarray:
-    """Return matrices (o, lags, lags) that make errors of logarithms of `second_variances` independent, of variance 1.
+@dataclass(frozen=True, eq=False)
+class SecondDifferences:
+    """Those that a fit leaves of o signals, over `lags` in samples: their variances `observed` (o, lags).
 
-    `left` (n, o, k) is what a fit leaves, and `carried` a draw of the noise that inputs add to it. Slow noise is known
-    to some per cent of it only, which over several samples may be more than all noise of the sensor, and is nearly the
-    same error at all of them (generalised least squares).
+    `known` (o, lags) ones come from the noise of inputs. Logarithms count alike, or where that is slow by `weights` (o,
+    lags, lags), which make their errors independent and of variance 1.
     """
-    share = second_variances(carried, counted, lags) / np.maximum(second_variances(left, counted, lags), _NONE)
-    errors = [_log_errors(left[:, place], counted[:, place], lags)
-              + part[:, None] * _log_errors(carried[:, place], counted[:, place], lags) * part
-              for place, part in enumerate(share)]
-    return np.linalg.inv(np.linalg.cholesky(np.array(errors)))
+
+    lags: Sequence[int]
+    observed: np.ndarray
+    known: np.ndarray
+    weights: np.ndarray
+
+    @classmethod
+    def of(cls, left: np.ndarray, counted: np.ndarray, lags: Sequence[int], known: np.ndarray | None = None,
+           slow: np.ndarray | None = None) -> "SecondDifferences":
+        """Return those of what is `left` (n, o, k), beside draws of what `known` and what `slow` noise of inputs adds.
+
+        Slow noise is known to some per cent of it only, which over several samples may be more than all noise of the
+        sensor, and is nearly the same error at all of them (generalised least squares).
+        """
+        observed = second_variances(left, counted, lags)
+        added = np.zeros(observed.shape) if known is None else second_variances(known, counted[:len(known)], lags)
+        if slow is None:
+            return cls(lags, observed, added, np.tile(np.eye(len(lags)), (len(observed), 1, 1)))
+        shares = (added if slow is known else second_variances(slow, counted, lags)) / np.maximum(observed, _NONE)
+        errors = [_log_errors(left[:, place], counted[:, place], lags)
+                  + share[:, None] * _log_errors(slow[:, place], counted[:, place], lags) * share
+                  for place, share in enumerate(shares)]
+        return cls(lags, observed, added, np.linalg.inv(np.linalg.cholesky(np.array(errors))))
 
 
 def _log_errors(values: np.ndarray, counted: np.ndarray, lags: Sequence[int]) -> np.ndarray:
@@ -161,23 +179,20 @@ class Carried:
         return np.asarray(np.exp((1 - share) * logs[low] + share * logs[low + 1]))
 
 
-def estimate_residual_noise(lags: Sequence[int], observed: np.ndarray, known: np.ndarray, sensors: Sequence[Noise],
-                            inputs: Sequence[tuple[Noise, Carried]] = (),
-                            weights: np.ndarray | None = None) -> tuple[list[Noise], list[Noise]]:
+def estimate_residual_noise(left: SecondDifferences, sensors: Sequence[Noise],
+                            inputs: Sequence[tuple[Noise, Carried]] = ()) -> tuple[list[Noise], list[Noise]]:
     """Return the noise of o sensors, and of inputs, by the second differences that a fit leaves of the signals.
 
-    `observed` (o, lags) are their variances over the `lags` in samples, of which `known` ones come from the noise of
-    other inputs. With the correlation of one of the `inputs`, its noise has the third differences of its signal: what
-    it adds is then known, and its power at low frequencies differs widely. Logarithms of variances count by the
-    `weights` (o, lags, lags) of `weigh_differences`, or alike. A sensor of which too few samples count keeps its noise.
+    With the correlation of one of the `inputs`, its noise has the third differences of its signal: what it adds is then
+    known, and its power at low frequencies differs widely. A sensor of which too few samples count keeps its noise.
     """
-    weights = np.tile(np.eye(len(lags)), (len(observed), 1, 1)) if weights is None else weights
+    observed, lags = left.observed, left.lags
     shown = np.flatnonzero((observed > 0).all(axis=1)).tolist()
+    if not shown:
+        return list(sensors), [noise for noise, _ in inputs]
     most, middle = float(np.arctanh(HIGHEST)), [np.arctanh(float(np.clip(each.correlation, -_BEGIN, _BEGIN)))
                                                 for each in (*(sensors[place] for place in shown),
                                                              *(noise for noise, _ in inputs))]
-    if not len(shown):
-        return list(sensors), [noise for noise, _ in inputs]
     least = np.log(_LEAST * np.sqrt(observed[shown, 0] / filter_variance(second_taps(1), -1.0)))
     size = 0.5 * np.log([observed[place, 0] / filter_variance(second_taps(1), float(np.tanh(each)))
                          for place, each in zip(shown, middle, strict=False)])
@@ -185,13 +200,13 @@ def estimate_residual_noise(lags: Sequence[int], observed: np.ndarray, known: np
     def log_ratios(values: np.ndarray) -> np.ndarray:
         stds, correlations = np.exp(values[:len(shown)]), np.tanh(values[len(shown):])
         rest = correlations[len(shown):]
-        added = known[shown] + sum(carried.at(rho)[shown] for rho, (_, carried) in zip(rest, inputs, strict=True))
+        added = left.known[shown] + sum(carried.at(rho)[shown] for rho, (_, carried) in zip(rest, inputs, strict=True))
         own = [[std**2 * filter_variance(second_taps(samples), rho) for samples in lags]
                for std, rho in zip(stds, correlations, strict=False)]
         off = [carried.shows.excess(rho) for rho, (_, carried) in zip(rest, inputs, strict=True)]
-        ratios = weights[shown] @ np.log((np.array(own) + added) / observed[shown])[:, :, None]
+        ratios = left.weights[shown] @ np.log((np.array(own) + added) / observed[shown])[:, :, None]
         # Differences of the input itself are known as those of neighbouring samples of a signal.
-        return np.concatenate([ratios.ravel(), np.array(off) * weights[shown, 0, 0].max()])
+        return np.concatenate([ratios.ravel(), np.array(off) * left.weights[shown, 0, 0].max()])
 
     limits = [np.arctanh(carried.correlations[[0, -1]]) for _, carried in inputs]
     bounds = (np.concatenate([least, np.full(len(shown), -most), [low for low, _ in limits]]),

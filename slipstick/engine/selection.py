@@ -21,12 +21,12 @@ from slipstick.engine.noise import (
     Carried,
     Differences,
     Noise,
+    SecondDifferences,
     bound_noise,
     draw_noise,
     estimate_loudness,
     estimate_residual_noise,
     second_variances,
-    weigh_differences,
 )
 from slipstick.engine.part_fit import PartFit
 from slipstick.engine.preparation import straighten
@@ -449,39 +449,38 @@ def renew_noise(bare: Fit) -> Recorded:
 
     Of parts with disturbances, it leaves these as well.
     """
-    parts = list[Part]()
-    for part in bare.recorded.parts:
-        model, shape = bare.models[part.name], (len(part.measured), part.measured.shape[2])
-        if part.disturbances:
-            parts.append(estimate_disturbances(model))
-            continue
-        loudness = np.stack([estimate_loudness(model.residual[:, place], part.counted[:, place])
-                             for place in range(len(part.signals))], axis=1)
-        unknown = _list_own_inputs(part, bare.recorded.machine)
-        others = {name: noise for name, noise in part.noise.items() if name not in unknown}
-        own = {identifier_of(name): Differences.of(values) for name, values in bare.recorded.runs.signals.items()
-               if identifier_of(name) in unknown}
-        lags = LONGER if own else LAGS
+    return replace(bare.recorded, parts=tuple(
+        estimate_disturbances(bare.models[part.name]) if part.disturbances else
+        _renew_part(part, bare.models[part.name], bare.recorded) for part in bare.recorded.parts))
 
-        def vary(values: np.ndarray, part: Part = part, loudness: np.ndarray = loudness,
-                 lags: Sequence[int] = lags) -> np.ndarray:
-            return second_variances(values / loudness[:, :, None], part.counted, lags)
 
-        def carry(noise: Mapping[str, Noise], model: PartFit = model, shape: tuple[int, int] = shape) -> np.ndarray:
-            random = np.random.default_rng(0)
-            return model.carry({name: draw_noise(each, shape, random) for name, each in noise.items()})
+def _renew_part(part: Part, model: PartFit, recorded: Recorded) -> Part:
+    """Return a part with the noise that its model leaves."""
+    n, _, k = part.measured.shape
+    loudness = np.stack([estimate_loudness(model.residual[:, place], part.counted[:, place])
+                         for place in range(len(part.signals))], axis=1)[:, :, None]
+    unknown = _list_own_inputs(part, recorded.machine)
+    own = {identifier_of(name): Differences.of(values) for name, values in recorded.runs.signals.items()
+           if identifier_of(name) in unknown}
+    lags = LONGER if own else LAGS
 
-        inputs = [(part.noise[name], Carried(shows, CORRELATIONS, np.array(
-            [vary(carry({name: shows.noise(rho)})) for rho in CORRELATIONS.tolist()]))) for name, shows in own.items()]
-        # States make the noise of inputs slow.
-        weights = weigh_differences(model.residual / loudness[:, :, None], carry(part.noise) / loudness[:, :, None],
-                                    part.counted, lags) if part.noise and part.block.states else None
-        sensors, estimated = estimate_residual_noise(lags, vary(model.residual), vary(carry(others)), part.sensors,
-                                                     inputs, weights)
-        whole = part.measured / loudness[:, :, None]
-        parts.append(replace(part, loudness=loudness, noise={**part.noise, **dict(zip(own, estimated, strict=True))},
-                             sensors=tuple(bound_noise(each, whole[:, place]) for place, each in enumerate(sensors))))
-    return replace(bare.recorded, parts=tuple(parts))
+    def carry(noise: Mapping[str, Noise]) -> np.ndarray:
+        random = np.random.default_rng(0)
+        drawn = model.carry({name: draw_noise(each, (n, k), random) for name, each in noise.items()})
+        return np.asarray(drawn / loudness)
+
+    every = carry(part.noise)
+    others = carry({name: noise for name, noise in part.noise.items() if name not in own}) if own else every
+    # States make the noise of inputs slow.
+    left = SecondDifferences.of(model.residual / loudness, part.counted, lags, others,
+                                every if part.noise and part.block.states else None)
+    inputs = [(part.noise[name], Carried(shows, CORRELATIONS, np.array(
+        [second_variances(carry({name: shows.noise(rho)}), part.counted, lags) for rho in CORRELATIONS.tolist()])))
+        for name, shows in own.items()]
+    sensors, estimated = estimate_residual_noise(left, part.sensors, inputs)
+    whole = part.measured / loudness
+    return replace(part, loudness=loudness[:, :, 0], noise={**part.noise, **dict(zip(own, estimated, strict=True))},
+                   sensors=tuple(bound_noise(each, whole[:, place]) for place, each in enumerate(sensors)))
 
 
 def _doubt(bare: Fit, settings: EngineSettings) -> np.ndarray:

@@ -12,13 +12,13 @@ from slipstick.engine.noise import (
     Carried,
     Differences,
     Noise,
+    SecondDifferences,
     bound_noise,
     draw_noise,
     estimate_loudness,
     estimate_residual_noise,
     estimate_sensor_noise,
     second_variances,
-    weigh_differences,
 )
 from slipstick.errors import InvalidValue
 
@@ -47,10 +47,8 @@ def jump(std: float) -> np.ndarray:
 def estimate(left: np.ndarray, counted: np.ndarray = EVERY, carried: np.ndarray | None = None,
              assumed: Noise = ASSUMED) -> Noise:
     """The noise of one sensor of whose signal a fit leaves `left` (n, k)."""
-    observed, known = second_variances(left[:, None], counted[:, None], LAGS), np.zeros((1, len(LAGS)))
-    if carried is not None:
-        known = second_variances(carried[:, None], EVERY[:len(carried), None], LAGS)
-    return estimate_residual_noise(LAGS, observed, known, [assumed])[0][0]
+    shown = SecondDifferences.of(left[:, None], counted[:, None], LAGS, None if carried is None else carried[:, None])
+    return estimate_residual_noise(shown, [assumed])[0][0]
 
 
 @pytest.mark.parametrize("correlation", [-0.5, 0.0, 0.6, 0.95])
@@ -140,8 +138,8 @@ def test_what_is_integrated_shows_the_correlation_of_the_noise_of_an_input(corre
     carried = Carried(shows, CORRELATIONS, np.array([
         second_variances(carry(shows.noise(rho), 21), every, LONGER) for rho in CORRELATIONS.tolist()]))
     assumed = shows.noise(float(np.clip(correlation + shift, -0.4, 0.97)))
-    (sensor,), (noise,) = estimate_residual_noise(LONGER, second_variances(left, every, LONGER), np.zeros((1, 5)),
-                                                  [ASSUMED], [(assumed, carried)])
+    (sensor,), (noise,) = estimate_residual_noise(SecondDifferences.of(left, every, LONGER), [ASSUMED],
+                                                  [(assumed, carried)])
     assert noise.power == pytest.approx(read.power, rel=0.15)
     assert sensor.std == pytest.approx(own.std, rel=0.15)
 
@@ -184,8 +182,6 @@ def test_slow_noise_of_an_input_that_is_larger_by_far_is_no_noise_of_the_sensor(
         carried, drawn = (lfilter([4.0, 4.0], [1, -0.99], draw_noise(Noise(0.5, 0.9), (36, 300), rng))[:, None]
                           for _ in range(2))
         left = draw_noise(Noise(0.5, 0.0), (36, 300), rng)[:, None] + carried
-        (estimated,), _ = estimate_residual_noise(
-            LAGS, second_variances(left, every, LAGS), second_variances(drawn, every, LAGS), [ASSUMED],
-            weights=weigh_differences(left, drawn, every, LAGS))
+        (estimated,), _ = estimate_residual_noise(SecondDifferences.of(left, every, LAGS, drawn, drawn), [ASSUMED])
         assert estimated.std == pytest.approx(0.5, rel=0.35)
         assert abs(estimated.correlation) < 0.35
