@@ -260,6 +260,7 @@ def _torque(scene: Scene, closing_piston: Closing | None) -> np.ndarray:
     clutch = closing_piston.block.at(onset.shared)  # where the torque is not a measured one, it is late as well
     closing = clutch.predicted_beyond(onset.points)
     contact = fit(ContactBlock(scene, clutch.pressure, onset.points, clutch.late))
-    if not is_unexplained(contact.chi2, contact.chi2, scene.settings):
-        averaged = clutch.predicted_beyond(np.concatenate([contact.points, onset.points[:, 1:]], axis=1))
-    return np.where(closing_piston.counted, closing, averaged)
+    if is_unexplained(contact.chi2, contact.chi2, scene.settings):
+        return np.where(closing_piston.counted, closing, averaged)
+    in_contact = clutch.predicted_beyond(np.concatenate([contact.points, onset.points[:, 1:]], axis=1))
+    return np.where(closing_piston.counted, closing, in_contact)
