@@ -42,7 +42,7 @@ class Tangents:
 
     def __init__(self, problem: Problem, x: np.ndarray) -> None:
         self.problem, self.x = problem, np.ascontiguousarray(x)
-        self.h = np.ascontiguousarray(np.broadcast_to(problem.h, (x.shape[2] - 1,)), dtype=float)
+        self.h = np.full(x.shape[2] - 1, problem.h, dtype=float)
         values, (n, size) = list_values(problem), problem.shape
         self.parameters, self.quantities, self.inputs = (
             [name for name in values if name[0] == kind] for kind in ("parameter", "quantity", "input"))

@@ -203,8 +203,7 @@ class _OnTape:
 
     def __init__(self, problem: Problem, layout: Layout) -> None:
         (n, size), values = problem.shape, list_values(problem)
-        self.problem, self.layout, self.h = problem, layout, np.ascontiguousarray(
-            np.broadcast_to(problem.h, (size - 1,)), dtype=float)
+        self.problem, self.layout, self.h = problem, layout, np.full(size - 1, problem.h, dtype=float)
         self.P, self.V = np.empty((len(layout.constant), n)), np.empty((len(layout.driven), size, n))
         for row, name in enumerate(layout.constant):
             self.P[row] = np.reshape(values[name], -1)

@@ -115,7 +115,8 @@ def _breaks(inputs: Inputs, knots: Knots, axis: int, shift: np.ndarray, scale: f
     low = np.minimum(-WINDOW, np.maximum(-reach, ends[:, :1]))
     high = np.maximum(WINDOW, np.minimum(reach, ends[:, 1:]))
     inside = normals[:, np.any((normals > low) & (normals < high), axis=0)]
-    return np.concatenate([low, np.clip(inside, low, high), high], axis=1)
+    # In C order, whatever that of the parts: the kernels are compiled for one order.
+    return np.ascontiguousarray(np.concatenate([low, np.clip(inside, low, high), high], axis=1))
 
 
 def _composite(breaks: np.ndarray, width: float, more: int) -> tuple[np.ndarray, np.ndarray]:
