@@ -176,6 +176,13 @@ def place_knots(values: np.ndarray) -> np.ndarray:
     return np.asarray(0.5 * (even + quantiles))
 
 
+def divide(knots: np.ndarray, parts: int) -> np.ndarray:
+    """Return knots (m,) and those between which divide each distance in so many parts, but for that of a jump."""
+    first, distances = knots[:-1], np.diff(knots)
+    wide = distances > 4 * EDGE * np.ptp(knots)
+    return np.sort(np.concatenate([knots, *(first[wide] + distances[wide] * part / parts for part in range(1, parts))]))
+
+
 def hats(x: np.ndarray, knots: np.ndarray) -> np.ndarray:
     """Return hat functions (n, m, k) of x (n, k) at knots (m,), constant beyond the outermost ones."""
     out = np.zeros((len(x), len(knots), x.shape[1]))

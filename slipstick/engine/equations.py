@@ -88,7 +88,8 @@ def _is_across(x: np.ndarray, side: np.ndarray) -> np.ndarray:
     return np.asarray((np.abs(side) == 1) & (x * side < 0))
 
 
-def _middle(first: Values, second: Values) -> dict[str, Any]:
+def halve(first: Values, second: Values) -> dict[str, Any]:
+    """Return values half way between those at the begins and at the ends of steps."""
     return {name: 0.5 * (value + second[name]) for name, value in first.items()}
 
 
@@ -159,7 +160,7 @@ class Equations:
     def _step(self, x: States, u: tuple[Values, Values], q: tuple[Values, Values], p: Namespace, h: Any,
               sides: Mapping[int, np.ndarray]) -> States:
         """Return the states after a Runge-Kutta step on these sides of their surfaces."""
-        u_middle, q_middle = _middle(*u), _middle(*q)
+        u_middle, q_middle = halve(*u), halve(*q)
 
         def moved(by: Any, rates: Sequence[np.ndarray]) -> States:
             return self._bound([state + by * rate for state, rate in zip(x, rates, strict=True)])

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipstick.engine.bases import DELAYS, TIMES, WIDTHS, flat_forms, hats
+from slipstick.engine.bases import DELAYS, TIMES, WIDTHS, divide, flat_forms, hats
 from slipstick.engine.fit import SETTLED, Fit
 from slipstick.engine.laws import Candidate
 from slipstick.engine.linear_model import estimate, restricted_likelihood
@@ -29,7 +29,9 @@ _MOST = 3
 _FLAT = 1e-6
 """Largest value of a column of which flat forms leave nothing."""
 _SHARPENED = 20
-"""Most fits with a memory, each at the shape that is best about the one before."""
+"""Most fits with a shape, each at the one that is best about the fit before."""
+_PARTS = 4
+"""Parts of the distance of two knots over which a form with a shape is linear, as its corners lie between knots."""
 _COMPARED, _CLOSER, _UNLIKELY = 21, 4, 8.0
 """Shapes that are compared at a time, most times that their range is narrowed, and the nats by which one that is out of
 the question is behind the best."""
@@ -87,8 +89,7 @@ def find_kind(fit: Fit, pair: Pair) -> KindOfLaw | None:
     tried = list[tuple[Fit, _Family, float]]()
     for each, family, shape in weighed[:_MOST]:
         with suppress(InvalidValue):  # a form from which the equations have no finite solution is none of the law
-            fitted, family = ((_fit_form(fit, pair, each.form, reach), family) if family.formed is not None else
-                              _fit_memory(fit, pair, each, family, reach))
+            fitted, family = _fit_form(fit, pair, each, family, reach)
             tried.append((fitted, family, fitted.evidence + shape))
     if not tried:
         return None
@@ -235,30 +236,29 @@ def _weigh(fit: Fit, pair: Pair, form: _Form, reach: float) -> _Weighed:
                     (reach * form.sizes) ** 2 * np.diag(estimated.covariance)[places])
 
 
-def _fit_form(fit: Fit, pair: Pair, form: _Form, reach: float) -> Fit:
-    """Return the fit with a form in the place of a law, from the form that is next to it."""
-    near = form.columns @ np.linalg.lstsq(form.columns, fit.state.laws[pair], rcond=None)[0]
-    state = replace(fit.state, laws={**fit.state.laws, pair: near})
-    return fit.beside({}, {pair: Prior(reach, form=form.columns)}, state)
+def _fit_form(fit: Fit, pair: Pair, weighed: _Weighed, family: _Family, reach: float) -> tuple[Fit, _Family]:
+    """Return the fit with a form in the place of a law, and its kind about that.
 
-
-def _fit_memory(fit: Fit, pair: Pair, weighed: _Weighed, family: _Family, reach: float) -> tuple[Fit, _Family]:
-    """Return the fit with one memory in the place of a law, and its kind about that.
-
-    A law has memories at some shapes. The nearest one takes the best shape, and the best one is found anew about it, as
-    long as that gains: a clock and a lag hardly differ, so that the way may be long.
+    The law is linear between its knots, and a form is not: it has more of them, or of the memories at some shapes the
+    nearest one takes its shape. The best shape is found anew about the fit, as long as that gains: a clock and a lag
+    hardly differ, so that the way may be long.
     """
-    best: Fit | None = None
-    for _ in range(_SHARPENED):
-        law, column = fit.laws[pair], weighed.form.columns[:, 0]
-        knots = law.variable.knots.copy()
-        knots[np.argmax(column)] = weighed.form.shape
+    best, known_up_to = None, fit.priors[pair].known_up_to
+    for _ in range(_SHARPENED if family.shape_name else 1):
+        law = fit.laws[pair]
+        if family.formed is None:
+            knots = law.variable.knots.copy()
+            knots[np.argmax(weighed.form.columns[:, 0])] = weighed.form.shape
+        else:
+            knots = divide(law.variable.knots, _PARTS) if family.shape_name and best is None else law.variable.knots
         sharp = replace(law, variables={name: replace(each, knots=knots) for name, each in law.variables.items()})
-        families = _list_families(sharp, 0, ())
+        families = _list_families(sharp, known_up_to, () if family.formed is None else (family.formed,))
         about = next(each for each in families if each.kind == family.kind)
         form = about.form(weighed.form.shape)
         assert form is not None
-        state = replace(fit.state, laws={**fit.state.laws, pair: form.columns @ weighed.values})
+        values = dict(zip(weighed.form.names, weighed.values, strict=True))
+        near = form.columns @ [values.get(name, 0.0) / size for name, size in zip(form.names, form.sizes, strict=True)]
+        state = replace(fit.state, laws={**fit.state.laws, pair: near})
         fit = fit.beside({pair: sharp}, {pair: Prior(reach, form=form.columns)}, state)
         if best is not None and fit.evidence < best.evidence + SETTLED:
             break

@@ -138,6 +138,14 @@ class PartModel:
         """Return the values (n, K) of the part's own variables: the signals that it gives, and those of the system."""
         return _list_own(self.part, self.trajectory)
 
+    @cached_property
+    def _own_halfway(self) -> dict[str, np.ndarray] | None:
+        """The values (n, K - 1) of the system's own variables in the middle of each step, where these are known."""
+        if self.trajectory.halfway is None:
+            return None
+        problem, x = self.trajectory.halfway
+        return {name: np.broadcast_to(values, x[:, 0].shape) for name, values in _read_own(problem, x).items()}
+
     def law_columns(self, candidate: Candidate) -> np.ndarray:
         """Return the columns (n, m, o, k) of a law; (n, 1, o, k) of one between runs, for a factor of 1."""
         part, variable = self.part, candidate.variables[self.part.name]
@@ -145,14 +153,17 @@ class PartModel:
         n, _, size = self.trajectory.outputs.shape
         if variable.kind == "between":
             return _respond(self, kind, name, candidate.size, np.ones((n, 1, size)))
-        own = drawn = first = None
+        own = drawn = first = halfway = None
         if variable.values is None:
             own = _read_variable(self, variable.name, name) if kind == "sensor" else self.own()[variable.name]
+            if kind != "sensor" and self._own_halfway is not None:
+                halfway = candidate.size * variable.basis(self._own_halfway[variable.name], size - 1)
             if variable.kind == "lags" and name in part.drawn:
                 drawn = candidate.size * variable.basis(part.inputs[part.drawn[name]], size)
             if kind == "sensor" and part.begins[name]:
                 first = candidate.size * variable.basis(_begin_variable(part, variable.name, name), 1)
-        return _respond(self, kind, name, candidate.size, candidate.size * variable.basis(own, size), drawn, first)
+        return _respond(self, kind, name, candidate.size, candidate.size * variable.basis(own, size), drawn, first,
+                        halfway)
 
 
 def is_between(candidate: Candidate) -> bool:
@@ -381,11 +392,13 @@ def _typical(recorded: Recorded, model: PartModel, key: Key) -> float:
 
 
 def _respond(model: PartModel, kind: Any, name: str, size: float, basis: np.ndarray,
-             drawn: np.ndarray | None = None, first: np.ndarray | None = None) -> np.ndarray:
+             drawn: np.ndarray | None = None, first: np.ndarray | None = None,
+             halfway: np.ndarray | None = None) -> np.ndarray:
     """Return the changes (n, m, o, k) of what the sensors read, with a change along a basis (n, m, K).
 
     An error of a sensor to which a state is drawn has the basis `drawn` (n, m, K) there, where that is another one, and
-    in a parameter that is nominally the `first` sample (n, m, 1) of its signal.
+    in a parameter that is nominally the `first` sample (n, m, 1) of its signal. A basis that is not linear over each
+    step has the values `halfway` (n, m, K - 1).
     """
     part, trajectory = model.part, model.trajectory
     n, o, instants = trajectory.outputs.shape
@@ -400,7 +413,7 @@ def _respond(model: PartModel, kind: Any, name: str, size: float, basis: np.ndar
             read += _respond(model, "input", part.drawn[name], size, basis if drawn is None else drawn)
         return read
     typical = part.noise[name].std if kind == "input" and name in part.noise else size
-    change = trajectory.respond(trajectory.direction(kind, name, typical), basis)
+    change = trajectory.respond(trajectory.direction(kind, name, typical), basis, halfway)
     return _read(model, -change if kind == "input" else change)  # an error of the sensor is taken off what it reads
 
 

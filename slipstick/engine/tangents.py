@@ -59,13 +59,13 @@ class Tangents:
         return self._steps[0], np.ascontiguousarray(np.moveaxis(self._usual.outputs[:self.x.shape[1]], 0, -1))
 
     def with_value(self, name: Name, by: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the derivatives (n, K - 1, 2, d) of the steps and (n, o, K) of the outputs with a value."""
+        """Return the derivatives (n, K - 1, 3, d) of the steps and (n, o, K) of the outputs with a value."""
         n, d, size = self.x.shape
         if name[0] == "quantity":
             place, known = self.quantities.index(name), self._of_quantities
         else:
             place, known = d + [*self.parameters, *self.inputs].index(name), self._usual
-        B = np.empty((n, size - 1, 2, d))
+        B = np.empty((n, size - 1, 3, d))
         _drive(self._steps[1], known.ends[place], known.middles[place], self.h, B)
         return B, known.outputs[place]
 
@@ -162,8 +162,9 @@ def _weigh_steps(ends, middles, h, A, W):  # type: ignore[no-untyped-def]
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _drive(W, ends, middles, h, B):  # type: ignore[no-untyped-def]
-    """Fill B (n, K - 1, 2, d) with what steps make of a change that falls from 1 to 0 over each step, and of one that
-    rises to 1: it changes the rates at the `ends` (n, d, K) and in the `middles` (n, d, K - 1) so much."""
+    """Fill B (n, K - 1, 3, d) with what steps make of a change that falls from 1 to 0 over each step, of one that rises
+    to 1, and of one that is 1 in the middle alone: it changes the rates at the `ends` (n, d, K) and in the `middles`
+    (n, d, K - 1) so much."""
     n, d, _ = ends.shape
     for i in range(n):
         for j in range(len(h)):
@@ -173,6 +174,7 @@ def _drive(W, ends, middles, h, B):  # type: ignore[no-untyped-def]
                     begin += W[i, j, 0, a, b] * ends[i, b, j]
                     middle += W[i, j, 1, a, b] * (0.5 * middles[i, b, j])
                 B[i, j, 0, a], B[i, j, 1, a] = begin + middle, middle + h[j] / 6 * ends[i, a, j + 1]
+                B[i, j, 2, a] = 2 * middle
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

@@ -16,7 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 from numba import njit
 
-from slipstick.engine.equations import Equations, Problem, cut, ends
+from slipstick.engine.equations import Equations, Problem, cut, ends, halve
 from slipstick.engine.stepping import follow, read_all, step_all
 from slipstick.engine.tangents import Tangents
 from slipstick.engine.tape import EQUATIONS, Kind, Layout, Name, Tape, list_values, pack, record_equations
@@ -57,7 +57,7 @@ class _Slopes(Protocol):
     def with_value(self, name: Name, by: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the derivatives (n, K - 1, 2, d) of the steps and (n, o, K) of the outputs with a value.
 
-        Differences are those of a change `by` so much.
+        Differences are those of a change `by` so much. Tangents have (n, K - 1, 3, d): a change may also bend.
         """
 
 
@@ -104,11 +104,32 @@ class Trajectory:
         by = DIFFERENCE * size
         return np.asarray((_start(_changed(self.problem, name, by)) - self.x[:, :, 0]) / by)
 
-    def respond(self, direction: "Direction", basis: np.ndarray) -> np.ndarray:
-        """Return the changes (n, m, o, K) of the outputs with coefficients of a basis (n, m, K) of a change."""
+    @cached_property
+    def halfway(self) -> tuple[Problem, np.ndarray] | None:
+        """The problem and its states (n, d, K - 1) in the middle of each step, where changes may bend; None elsewhere.
+
+        States are on the cubic line with the rates at both ends of a step (Hermite).
+        """
+        problem, x = self.problem, self.x
+        if not problem.system.states or not isinstance(self._slopes, Tangents):
+            return None
+        rates = np.stack([np.broadcast_to(rate, x[:, 0].shape) for rate in Equations(
+            problem.system, problem.laws).rates(tuple(x.transpose(1, 0, 2)), problem.inputs, problem.quantities,
+                                                Namespace(**problem.parameters), {})], axis=1)
+        inputs, quantities = (halve(*ends(values)) for values in (problem.inputs, problem.quantities))
+        states = 0.5 * (x[:, :, :-1] + x[:, :, 1:]) - problem.h / 8 * np.diff(rates, axis=2)
+        return replace(problem, inputs=inputs, quantities=quantities), states
+
+    def respond(self, direction: "Direction", basis: np.ndarray, halfway: np.ndarray | None = None) -> np.ndarray:
+        """Return the changes (n, m, o, K) of the outputs with coefficients of a basis (n, m, K) of a change.
+
+        It is linear over each step, or has the values of a basis `halfway` (n, m, K - 1) in the middle.
+        """
         n, m, size = basis.shape
         out = np.empty((n, m, self.outputs.shape[1], size))
-        respond(self.A, direction.B, self.C, direction.D, direction.S, np.ascontiguousarray(basis, dtype=float), out)
+        bends = np.empty((n, m, 0)) if halfway is None else halfway - 0.5 * (basis[:, :, :-1] + basis[:, :, 1:])
+        respond(self.A, direction.B, self.C, direction.D, direction.S, np.ascontiguousarray(basis, dtype=float), bends,
+                out)
         return out
 
     def respond_to_parameter(self, name: str, size: float) -> np.ndarray:
@@ -125,7 +146,8 @@ class Trajectory:
 class Direction:
     """Derivatives with a change that is linear over each step, between its values at both ends.
 
-    `B` (n, K - 1, 2, d) are those of the steps, `D` (n, o, K) of the outputs, `S` (n, d) of the start.
+    `B` (n, K - 1, 2, d) are those of the steps, `D` (n, o, K) of the outputs, `S` (n, d) of the start. Where changes
+    may bend within a step, B (n, K - 1, 3, d) has that with a change in the middle alone.
     """
 
     B: np.ndarray
@@ -295,8 +317,11 @@ _LANES = 16
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def respond(A, B, C, D, S, basis, out):  # type: ignore[no-untyped-def]
-    """Fill out (n, m, o, K) with the changes of the outputs along coefficients of a basis (n, m, K)."""
+def respond(A, B, C, D, S, basis, bends, out):  # type: ignore[no-untyped-def]
+    """Fill out (n, m, o, K) with the changes of the outputs along coefficients of a basis (n, m, K).
+
+    It may have `bends` (n, m, K - 1), which are what it is in the middle of steps beyond lines, or (n, m, 0).
+    """
     n, m, size = basis.shape
     d, outputs = A.shape[2], out.shape[2]
     v, w = np.empty((d, _LANES)), np.empty((d, _LANES))
@@ -322,4 +347,7 @@ def respond(A, B, C, D, S, basis, out):  # type: ignore[no-untyped-def]
                         for b in range(d):
                             total += A[i, j, a, b] * v[b, g]
                         w[a, g] = total
+                    if bends.shape[2]:
+                        for g in range(count):
+                            w[a, g] += B[i, j, 2, a] * bends[i, first + g, j]
                 v[:] = w
