@@ -1,6 +1,6 @@
 """A study of a declared machine: what recordings ask for, confirmed in the simulation of the whole machine.
 
-The whole machine is one part with the equations of all blocks, driven by commands and conditions alone. It is fitted
+The whole machine is one part with the equations of all blocks, which reads no signal that it gives. It is fitted
 without the findings, with them, and with a control: a law that the recordings did not ask for. What a law explains is
 told by runs that it was not fitted to: their coefficients are those of all others.
 """

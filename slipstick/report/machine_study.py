@@ -44,8 +44,8 @@ _LIMITS = (
      "gain, the agreement of the runs, the rivals and the control."),
     ("Laws hold where runs have been:", "beyond the values that the runs visit, a law is constant."))
 
-_NO_GAP = ("There is no gap that it could close: driven by commands and conditions alone, the whole machine leaves no "
-           "more than noise without it as well.")
+_NO_GAP = ("There is no gap that it could close: the simulation of the whole machine, which reads no signal that it "
+           "gives, leaves no more than noise without it as well.")
 _FEW = 12
 """Runs below which it is said that they are few."""
 _BEYOND = "outside of what is declared"
@@ -418,7 +418,7 @@ def _describe_gap(result: MachineStudyResult) -> Section:
     return Section("The gap of the whole machine", [
         Table(("simulation of the whole machine", "squared residuals beyond noise", "closed"), rows),
         Note("Summed over all samples, in units of the noise variance; below 0, less is left than noise leaves on "
-             "average. The simulation is driven by commands and conditions alone, and each run is predicted by laws "
+             "average. The simulation reads no signal that it gives, and each run is predicted by laws "
              f"and parameters of all others. The findings gain {units.number(gap.nats, 4)} nats, about which the runs "
              f"agree by {units.number(gap.errors)} standard errors.")])
 
