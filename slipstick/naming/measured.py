@@ -71,11 +71,6 @@ class LawPoints:
         """The `covariance` (m, m), with the errors of a linearised law as large as they may be."""
         return self.covariance * (_LINEARISED**2 if self.linearised else 1.0)
 
-    @property
-    def up_to_constant(self) -> bool:
-        """Whether a constant may be added to the law without a change of what is predicted."""
-        return self.up_to != "nothing"
-
     def simulated(self) -> MeasuredLaw | None:
         """The law for the simulator, with at most 16 points; None where it is not a law of a quantity over a number.
 

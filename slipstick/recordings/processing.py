@@ -1,8 +1,6 @@
-"""Processing of sampled signals before they are compared: block means, blending at lock-up, noise estimation."""
+"""Processing of sampled signals before they are compared: block means, and blending at lock-up."""
 
 import numpy as np
-
-from slipstick.errors import InvalidValue
 
 
 def blended_at_lock_up(torque: np.ndarray, shifting_time: np.ndarray, time: np.ndarray) -> np.ndarray:
@@ -27,18 +25,3 @@ def block_means(samples: np.ndarray, width: int) -> np.ndarray:
     """Means of blocks of `width` successive samples, shape (..., k // width); an incomplete last block is dropped."""
     used = samples.shape[-1] // width * width
     return np.asarray(samples[..., :used].reshape(*samples.shape[:-1], -1, width).mean(axis=-1))
-
-
-def noise_std(name: str, values: np.ndarray) -> float:
-    """Standard deviation of the noise in rows (n, k), from the median absolute third difference.
-
-    The third difference of a smooth signal is negligible. `name` is the name of the signal in the error message: raises
-    `InvalidValue` if there is no noise.
-    """
-    third_difference = (1, -3, 3, -1)
-    differences = np.abs(np.apply_along_axis(np.convolve, 1, values, third_difference, "valid"))
-    std = float(np.median(differences) / 0.6745 / np.sqrt(sum(c * c for c in third_difference)))
-    if not std > 0:
-        raise InvalidValue(f"The signal {name} shows no noise, so its residuals cannot be weighted",
-                           "Record it with a finer resolution, or add the noise of its sensor")
-    return std

@@ -58,7 +58,7 @@ def fitted(pair: Pair) -> tuple[BlockFit, BlockFit]:
 def without_constant(law: LawPoints, true: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Errors (m,) of a law and their standard errors, without the constant up to which it is known."""
     weight = 1 / law.std**2
-    centre = np.eye(len(true)) - weight / weight.sum() if law.up_to_constant else np.eye(len(true))
+    centre = np.eye(len(true)) - weight / weight.sum() if law.up_to != "nothing" else np.eye(len(true))
     return centre @ (law.change - true), np.sqrt(np.diag(centre @ law.covariance @ centre.T))
 
 
