@@ -132,14 +132,14 @@ def folded(title: str, *parts: str) -> str:
     return f'<details class="task"><summary>{escape(title)}</summary>\n' + "\n".join(parts) + "\n</details>"
 
 
-def expert_fields(model: Any, prefix: str, leave_out: Sequence[str] = ()) -> list[Field]:
+def expert_fields(model: Any, prefix: str) -> list[Field]:
     """Return a field for each number, choice and flag of a model of settings, with its description and default.
 
     Settings that are lists or objects are left to programs.
     """
     schema = TypeAdapter(model).json_schema()
-    return [made for name, property in schema["properties"].items() if name not in leave_out
-            and (made := _field_of(f"{prefix}.{name}", property, schema.get("$defs", {}))) is not None]
+    return [made for name, property in schema["properties"].items()
+            if (made := _field_of(f"{prefix}.{name}", property, schema.get("$defs", {}))) is not None]
 
 
 def _field_of(name: str, property: dict[str, Any], definitions: dict[str, Any]) -> Field | None:

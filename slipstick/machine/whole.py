@@ -11,13 +11,13 @@ from slipstick.machine.declaration import Block, Machine, Namespace, as_tuple, i
 from slipstick.machine.system import read_states
 
 
-def compose(machine: Machine, name: str = "whole") -> Machine:
+def compose(machine: Machine) -> Machine:
     """Return the machine with one block that has the equations of all, driven by what none of them gives.
 
     These are commands, conditions, and signals that are measured only. Where several blocks give a signal, the first
     one with states does. Raises `InvalidValue` for an algebraic loop, and for states of the same name in two blocks.
     """
-    whole = _merge(machine, machine.blocks, name)
+    whole = _merge(machine, machine.blocks, "whole")
     known = (*whole.signals, *whole.reads)
     return Machine(machine.name, (whole,), tuple(each for each in machine.sensors if each.signal in known),
                    machine.commands, machine.conditions, machine.signals, machine.inputs)

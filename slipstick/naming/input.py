@@ -79,10 +79,10 @@ class InputBlock:
         speed = speed + sensor_errors.error(self.scene, reference, laws, SENSOR, self.finer)
         return np.asarray(speed + bases.late(reference, self.scene.time, self._clock))
 
-    def clean(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
+    def clean(self, points: np.ndarray) -> np.ndarray:
         """The speed (n, k) in rad/s from the torque without noise and without errors of its sensor, and without a kick.
         """
-        return self._turned(points, laws, true_torque(self.scene, laws, self.finer), self._factor(laws))
+        return self._turned(points, (), true_torque(self.scene, (), self.finer), self._factor(()))
 
     def _turned(self, points: np.ndarray, laws: Laws, true: np.ndarray, factor: np.ndarray) -> np.ndarray:
         """The speed (n, k) in rad/s under the `true` torque (n, k) in N m behind the gear, and a factor (n, k)."""

@@ -92,10 +92,10 @@ class LoadBlock:
         speed = speed + bases.late(reference, self.scene.time, float(self._shared[0]))
         return np.asarray(speed + np.einsum("nq,nqk->nk", points[:, 3:], self._kicks(points)))
 
-    def clean(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
+    def clean(self, points: np.ndarray) -> np.ndarray:
         """The speed (n, k) in rad/s from the torque without noise and without errors of its sensor, and without kicks.
         """
-        return self._driven(points, self._net(points, laws, true_torque(self.scene, laws, self.finer)))
+        return self._driven(points, self._net(points, (), true_torque(self.scene, (), self.finer)))
 
     def _driven(self, points: np.ndarray, torque: np.ndarray) -> np.ndarray:
         return relaxed(self.scene.time, torque * self._inverse(points)[:, None], self._rates(points)[:, 0],

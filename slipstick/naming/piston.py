@@ -112,10 +112,10 @@ class ClutchBlock:
         """Torque (n, k) in N m of the engagements `rows` (n,) alone, and 0 of the others."""
         return self._read(self._closed(points, laws, np.where(rows, self.end, 0))[0], laws)
 
-    def predicted_beyond(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
+    def predicted_beyond(self, points: np.ndarray) -> np.ndarray:
         """Torque (n, k) in N m up to the measured lock-up, where samples near it are not counted."""
         lock = np.searchsorted(self.scene.time, self.scene.recordings.measured_time).astype(np.int64)
-        return self._read(self._closed(points, laws, lock + 1)[0], laws)
+        return self._read(self._closed(points, (), lock + 1)[0], ())
 
     def contact(self, points: np.ndarray) -> Contact:
         """How long the plates of each engagement have touched, and what heats them."""
