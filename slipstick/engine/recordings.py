@@ -13,6 +13,7 @@ from slipstick.engine.equations import Problem, refine
 from slipstick.engine.noise import Noise
 from slipstick.machine.declaration import Block, Machine, Namespace, identifier_of
 from slipstick.machine.runs import Runs
+from slipstick.machine.runs_file import units_of
 from slipstick.machine.system import System
 
 Pair = tuple[str, str]
@@ -190,10 +191,7 @@ class Recorded:
     @cached_property
     def units(self) -> dict[str, str]:
         """Units of what laws may depend on."""
-        machine = self.machine
-        return {"time": "s", **{each.name: each.unit for each in machine.commands},
-                **{each.name: each.unit for each in machine.conditions},
-                **{sensor.signal: sensor.unit for sensor in machine.sensors}}
+        return {"time": "s", **units_of(self.machine)}
 
     def fine(self, name: str, part: Part) -> np.ndarray:
         """Return a signal at the instants (n, K) of a part, or constants of runs (n,); all who read it share it."""
