@@ -202,12 +202,11 @@ def _explain(machine: Machine, runs: Runs, values: Mapping[str, float] | None, e
 
 @_TRIALS
 @in_one_blas_thread
-def fit_parameters(machine: Machine, runs: Runs, settings: EngineSettings | None = None,
-                   log: Log = lambda _: None, executor: Executor | None = None) -> Fit:
+def fit_parameters(machine: Machine, runs: Runs, log: Log = lambda _: None, executor: Executor | None = None) -> Fit:
     """Return the fit of the parameters of a machine to `runs` without any law."""
-    known = settings or EngineSettings()
-    return join(_explain(machine, runs, None, executor, log, lambda recorded: settle(recorded, known, log),
-                         lambda fits: list_unexplained(fits, known)))
+    settings = EngineSettings()
+    return join(_explain(machine, runs, None, executor, log, lambda recorded: settle(recorded, settings, log),
+                         lambda fits: list_unexplained(fits, settings)))
 
 
 def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:

@@ -15,7 +15,6 @@ from slipstick.errors import InvalidValue, UnknownName
 from slipstick.interface.files import now, require_html, write, write_laws
 from slipstick.interface.finding import Law, NamedFinding
 from slipstick.interface.frames import data_frame
-from slipstick.interface.models import as_mapping
 from slipstick.interface.progress import ProgressLine, Show
 from slipstick.interface.result import Result
 from slipstick.machine import Machine, Runs
@@ -147,12 +146,10 @@ class MachineStudy(Result):
                    dict(values["processor_seconds"]), values.get("submitted", ""), values.get("ended", ""))
 
 
-def study_of_machine(machine: Machine, runs: RunsLike, *, settings: EngineSettings | Mapping[str, Any] | None = None,
-                     budget: float | str | None = None, progress: bool | Show = True, name: str = "recordings",
-                     executor: Executor | None = None, **changed: Any) -> MachineStudy:
+def study_of_machine(machine: Machine, runs: Runs, settings: Mapping[str, Any], budget: float | str | None,
+                     progress: bool | Show, name: str, executor: Executor | None) -> MachineStudy:
     """Find what the model of a declared machine lacks; arguments and errors are those of `slipstick.study`."""
-    runs = runs if isinstance(runs, Runs) else Runs.open(runs)
-    chosen = settings_of({**as_mapping(settings), **changed})
+    chosen = settings_of(settings)
     limit, start, submitted, begin = seconds_of(budget), time.monotonic(), now(), clock_times()
     kept = list[Studied]()
     with say_compilation(), ProgressLine() as line:
@@ -214,10 +211,9 @@ class MachineCalibration(Result):
                    values["chi_square"], values["set_aside"], values.get("run_names", []))
 
 
-def calibration_of_machine(machine: Machine, runs: RunsLike, budget: float | str | None = None,
-                           progress: bool | Show = True, executor: Executor | None = None) -> MachineCalibration:
+def calibration_of_machine(machine: Machine, runs: Runs, budget: float | str | None, progress: bool | Show,
+                           executor: Executor | None) -> MachineCalibration:
     """Fit the parameters of a declared machine; arguments and errors are those of `slipstick.calibrate`."""
-    runs = runs if isinstance(runs, Runs) else Runs.open(runs)
     limit, start = seconds_of(budget), time.monotonic()
     with say_compilation(), ProgressLine() as line:
         show = line.shown(progress)
@@ -227,7 +223,7 @@ def calibration_of_machine(machine: Machine, runs: RunsLike, budget: float | str
                 raise TimeBudgetEnded.before(limit, "the parameters were fitted")
             show(doing.words, None)
 
-        fitted = calibrate_machine(machine, runs, log=log, executor=executor)
+        fitted = calibrate_machine(machine, runs, log, executor)
     return MachineCalibration(machine.name, *fitted, list(runs.names))
 
 
@@ -236,11 +232,11 @@ def _frame(parameters: Sequence[MachineParameter]) -> Any:
     return data_frame({name: [getattr(entry, name) for entry in parameters] for name in names})
 
 
-def as_runs(given: Recordings | RunsLike) -> RunsLike:
-    """Return what is given as runs; raises `InvalidValue` for recordings of a clutch."""
+def as_runs(given: Recordings | RunsLike) -> Runs:
+    """Return what is given as runs, or those of a file; raises `InvalidValue` for recordings of a clutch."""
     if isinstance(given, Recordings):
         raise InvalidValue("Recordings of a clutch are not of a declared machine", "Give slipstick.Runs.open(FILE)")
-    return given
+    return given if isinstance(given, Runs) else Runs.open(given)
 
 
 def of_machine() -> InvalidValue:

@@ -218,9 +218,8 @@ def study(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike, *,
 
     """
     if isinstance(bench, Machine):
-        own = asdict(settings) if isinstance(settings, StudySettings) else settings
-        return study_of_machine(bench, as_runs(recordings), settings=own, budget=budget, progress=progress,
-                                name=name, executor=executor, **changed)
+        return study_of_machine(bench, as_runs(recordings), {**as_mapping(settings), **changed}, budget, progress, name,
+                                executor)
     if isinstance(recordings, Runs):
         raise of_machine()
     refuse_executor(executor)

@@ -84,15 +84,14 @@ def require_enough(runs: Runs) -> None:
                            "into runs by [runs] in the mapping")
 
 
-def calibrate_machine(machine: Machine, runs: Runs, settings: EngineSettings | None = None,
-                      log: Callable[[Doing], None] = lambda _: None, executor: Executor | None = None) -> tuple[
-                          list[MachineParameter], dict[str, float], list[int]]:
+def calibrate_machine(machine: Machine, runs: Runs, log: Callable[[Doing], None] = lambda _: None,
+                      executor: Executor | None = None) -> tuple[list[MachineParameter], dict[str, float], list[int]]:
     """Fit the parameters of a machine to runs of it; raises `BadRecording` for runs that are not of the machine.
 
     Returns the parameters, the median reduced chi-square of each block, and the runs that are set aside.
     """
     with _doubting(machine, require_runs(machine, runs), log):
-        fit = fit_parameters(machine, runs, settings, log, executor)
+        fit = fit_parameters(machine, runs, log, executor)
     aside = sorted(set(range(len(runs))) - set(fit.recorded.rows.tolist()))
     return ([_state_parameter(each, machine) for each in estimate_parameters(fit)],
             {name: float(np.median(chi)) for name, chi in fit.chi_square.items()}, aside)
