@@ -12,8 +12,8 @@ from slipstick.machine_studies.result import MachineFinding
 from slipstick.machine_studies.study import law_table as machine_law_table
 from slipstick.studies.export import file_stem, has_table, law_table
 from slipstick.studies.formula import equation
-from slipstick.studies.record import from_dict, result_from_dict
-from slipstick.studies.result import FindingResult
+from slipstick.studies.record import from_dict
+from slipstick.studies.result import FindingResult, StudyResult
 
 from ..bodies import JsonRoute
 from ..error_responses import error_responses
@@ -71,7 +71,7 @@ def study_law(id: StudyId, n: Index, store: StudyStore,
 def _findings(store: JobStore, id: str) -> Sequence[FindingResult | MachineFinding]:
     study = finished_job(store, id)
     result = output_of(study)["result"]
-    return (from_dict(MachineStudyResult, result) if is_of_machine(study) else result_from_dict(result)).findings
+    return (from_dict(MachineStudyResult, result) if is_of_machine(study) else from_dict(StudyResult, result)).findings
 
 
 def _law(store: JobStore, id: str, n: int, finding: FindingResult | MachineFinding) -> FindingLaw:

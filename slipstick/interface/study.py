@@ -35,7 +35,7 @@ from slipstick.studies.export import has_table, law_table
 from slipstick.studies.figures import Figures
 from slipstick.studies.formula import equation
 from slipstick.studies.progress import StudyProgress
-from slipstick.studies.record import figures_from_dict, result_from_dict
+from slipstick.studies.record import from_dict
 from slipstick.studies.result import Coefficient, FindingResult
 from slipstick.time_budget import clock_times, seconds_of, stage_times
 
@@ -162,8 +162,8 @@ class Study(Result):
         """The study whose `to_dict` is `values`, or the result that the REST service gives, which has no pictures."""
         figures = values.get("figure_data")
         return cls(values["recordings"], values["recordings_digest"],
-                   StudySettings.from_dict(values.get("settings", {})), result_from_dict(values["result"]),
-                   _NO_FIGURES if figures is None else figures_from_dict(figures), dict(values["seconds"]),
+                   StudySettings.from_dict(values.get("settings", {})), from_dict(StudyResult, values["result"]),
+                   _NO_FIGURES if figures is None else from_dict(Figures, figures), dict(values["seconds"]),
                    dict(values["processor_seconds"]), values.get("submitted", ""), values.get("ended", ""),
                    values.get("bench", ""))
 

@@ -6,8 +6,6 @@ from types import NoneType
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 from slipstick.errors import InvalidValue
-from slipstick.studies.figures import Figures
-from slipstick.studies.result import StudyResult
 
 _Record = TypeVar("_Record")
 
@@ -16,16 +14,6 @@ def from_dict(kind: type[_Record], values: Mapping[str, Any]) -> _Record:
     """The record of a `kind` whose `asdict` is `values`; raises `InvalidValue` if a field is missing."""
     record: _Record = _to_type(kind, values)
     return record
-
-
-def result_from_dict(values: Mapping[str, Any]) -> StudyResult:
-    """The result whose `asdict` is `values`; raises `InvalidValue` if a field is missing."""
-    return from_dict(StudyResult, values)
-
-
-def figures_from_dict(values: Mapping[str, Any]) -> Figures:
-    """The figures whose `asdict` is `values`; raises `InvalidValue` if a field is missing."""
-    return from_dict(Figures, values)
 
 
 def _to_type(kind: Any, value: Any) -> Any:

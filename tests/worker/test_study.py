@@ -15,7 +15,7 @@ from slipstick.interface import study
 from slipstick.recordings import Recordings
 from slipstick.studies import StudyResult, StudySettings
 from slipstick.studies.figures import Figures
-from slipstick.studies.record import result_from_dict
+from slipstick.studies.record import from_dict
 from slipstick.studies.result import BlockResult, SimulationResult
 from slipstick.table import Table
 from tests.benches import HEAVY, NOMINAL
@@ -34,7 +34,7 @@ def test_a_study_names_what_is_missing_and_writes_a_model_to_build(
     assert status == 0
     printed = capsys.readouterr()
     stored = json.loads((tmp_path / "result.json").read_text())
-    result = result_from_dict(stored["result"])
+    result = from_dict(StudyResult, stored["result"])
     assert result.effects == ["stribeck_friction"]
     assert printed.out.startswith(result.sentence)
     for part in ("decay speed", "95 % interval", "standard errors over engagements", "Blocks of the model",
@@ -83,7 +83,7 @@ def test_shifting_times_alone_are_studied(
     np.savetxt(tmp_path / "few.csv", columns, ["%d", "%.9g", "%g", "%g", "%.9g"], ",", header=header, comments="")
     assert main(["study", str(tmp_path / "few.csv"), "--out", str(tmp_path / "few.json"),
                  "--report", str(tmp_path / "few.html")]) == 0
-    result = result_from_dict(json.loads((tmp_path / "few.json").read_text())["result"])
+    result = from_dict(StudyResult, json.loads((tmp_path / "few.json").read_text())["result"])
     assert [one.condition for one in result.times] == ["motor_speed", "current_profile"]
     printed = capsys.readouterr().out
     assert "No block was tested" in printed
@@ -109,7 +109,7 @@ def test_a_study_ends_with_its_time_budget_at_the_next_step(
     printed = capsys.readouterr()
     assert printed.out.startswith("Warnings\n- Partial result: the time budget of 60 s ended before the job.")
     assert "ended before there was an extended model, which was not written" in printed.err
-    result = result_from_dict(json.loads((tmp_path / "few.json").read_text())["result"])
+    result = from_dict(StudyResult, json.loads((tmp_path / "few.json").read_text())["result"])
     assert result.partial
     assert result.effects == ["stribeck_friction"]
     assert "Partial result:" in (tmp_path / "few.html").read_text()

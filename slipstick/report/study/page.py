@@ -15,7 +15,9 @@ from slipstick.report.study.simulation import lead, tell_confidence
 from slipstick.report.study.todo import advise
 from slipstick.report.study.warnings import warnings
 from slipstick.report.study.words import many
-from slipstick.studies.record import figures_from_dict, result_from_dict
+from slipstick.studies.figures import Figures
+from slipstick.studies.record import from_dict
+from slipstick.studies.result import StudyResult
 from slipstick.studies.settings import StudySettings
 
 
@@ -26,9 +28,9 @@ def study_page(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits |
     (`result`, `figure_data`, `seconds`, `processor_seconds`). `fits` maps `before` and `after` to the fit on the table
     of that model: id, table, table_digest, `result`, `figure_data`.
     """
-    result, data = result_from_dict(output["result"]), figures_from_dict(output["figure_data"])
+    result, data = from_dict(StudyResult, output["result"]), from_dict(Figures, output["figure_data"])
     settings = StudySettings.from_dict(study["settings"])
-    specs = study_specs(study, output, fits)
+    specs = study_pictures(result, data, fits, settings)
     drawn, changed, cautions = figures(specs, captions(specs)), _select_changes(settings), warnings(result, data.aside)
     main, rest = content.evidence(result, settings, drawn), content.background(result, data, settings)
     box = advise(result, data, settings, cautions)
@@ -50,7 +52,7 @@ def study_page(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits |
 
 def study_specs(study: Mapping[str, Any], output: Mapping[str, Any], fits: Fits | None = None) -> dict[str, Spec]:
     """Return the pictures of a study, name -> specification; the arguments are those of `study_page`."""
-    return study_pictures(result_from_dict(output["result"]), figures_from_dict(output["figure_data"]), fits,
+    return study_pictures(from_dict(StudyResult, output["result"]), from_dict(Figures, output["figure_data"]), fits,
                           StudySettings.from_dict(study["settings"]))
 
 

@@ -10,8 +10,9 @@ import pytest
 from slipstick.interface.study import Study
 from slipstick.recordings import Recordings
 from slipstick.report.study.page import study_page
-from slipstick.studies import StudySettings, unconfirmed
-from slipstick.studies.record import figures_from_dict, result_from_dict
+from slipstick.studies import StudyResult, StudySettings, unconfirmed
+from slipstick.studies.figures import Figures
+from slipstick.studies.record import from_dict
 from slipstick.time_budget import TimeBudgetEnded
 from tests.benches import HEAVY
 from worker.study_text import study_text
@@ -60,11 +61,11 @@ def test_report_and_text_begin_with_what_is_missing(few: Recordings, named: list
         result, figures = unconfirmed(SETTINGS, HEAVY, few, its, 60.0)
         output = json.loads(json.dumps({"result": asdict(result), "figure_data": asdict(figures), "seconds": {},
                                         "processor_seconds": {}}))
-        assert result_from_dict(output["result"]) == result
+        assert from_dict(StudyResult, output["result"]) == result
         study = {"id": "few", "recordings": "few", "recordings_digest": few.digest, "settings": asdict(SETTINGS),
                  "submitted": "", "ended": ""}
         page = study_page(study, output)
-        text = " ".join(study_text(result, figures_from_dict(output["figure_data"]), SETTINGS).split())
+        text = " ".join(study_text(result, from_dict(Figures, output["figure_data"]), SETTINGS).split())
         assert text.startswith("Warnings - Partial result: the time budget of 60 s ended before the job. Complete: the "
                                "block “current → pressure”")
         for content in (page, text):

@@ -19,7 +19,7 @@ from slipstick.studies import StudyResult
 from slipstick.studies.export import file_stem, has_table, law_table
 from slipstick.studies.figures import Figures
 from slipstick.studies.formula import equation
-from slipstick.studies.record import figures_from_dict, result_from_dict
+from slipstick.studies.record import from_dict
 from slipstick.studies.result import Coefficient
 from slipstick.studies.settings import StudySettings
 
@@ -33,15 +33,15 @@ def stored(value: Any) -> Any:
 @pytest.mark.parametrize("name", ["friction", "nothing"])
 def test_a_stored_study_is_read_as_it_was(studied: Studied, name: str) -> None:
     result, figures = studied(name)
-    assert result_from_dict(stored(result)) == result
-    assert figures_from_dict(stored(figures)) == figures
+    assert from_dict(StudyResult, stored(result)) == result
+    assert from_dict(Figures, stored(figures)) == figures
 
 
 def test_a_result_of_another_version_is_refused(studied: Studied) -> None:
     values = stored(studied("friction")[0])
     del values["findings"][0]["law"]["formula"]
     with pytest.raises(InvalidValue, match="The stored Law has no 'formula'"):
-        result_from_dict(values)
+        from_dict(StudyResult, values)
 
 
 def test_a_measured_law_is_a_table_with_units(studied: Studied) -> None:
