@@ -25,13 +25,14 @@ from slipstick.acquisition.result import ImportedFiles
 from slipstick.bench import Bench
 from slipstick.black_box.ranges import simulate_ranges
 from slipstick.errors import BadRecording, InvalidValue
+from slipstick.interface.files import require_suffix, write
 from slipstick.interface.progress import ProgressLine
 from slipstick.machine import Machine, open_machine, write_runs
 from slipstick.numerics.quantities import raised
 from slipstick.report.imported import imported_page, imported_runs_page, summary
 from slipstick.report.study.words import many
-from slipstick.storage.files import replacing
 
+from .bench import write_template
 from .bench_option import add_bench_or_machine_argument
 
 PLAN = "plan.csv"
@@ -84,9 +85,7 @@ def _import_machine(arguments: argparse.Namespace, machine: Machine) -> int:
     files, ranges = _list_mapped(arguments, mapping), simulate_ranges(machine)
     imported = _read(files, arguments.map, mapping, lambda sources, plan, progress: import_runs(
         sources, mapping, machine, plan, ranges, progress))
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(arguments.out) as temporary:
-        temporary.write_bytes(write_runs(imported.runs, machine))
+    write(arguments.out, write_runs(imported.runs, machine))
     return _write(page, imported_runs_page(arguments.out.stem, imported), arguments.out)
 
 
@@ -96,9 +95,8 @@ def _require_paths(arguments: argparse.Namespace) -> Path:
         raise InvalidValue("--map or --out is missing",
                            "Give both; `import FILES --guess --map channels.toml` proposes a mapping")
     page: Path = arguments.page or arguments.out.with_suffix(".html")
-    for path, suffix in ((arguments.out, ".h5"), (page, ".html")):
-        if path.suffix != suffix or path.is_dir():
-            raise InvalidValue(f"'{path}' is not the name of a {suffix} file", f"Give a path that ends in {suffix}")
+    require_suffix(arguments.out, ".h5")
+    require_suffix(page, ".html")
     return page
 
 
@@ -115,9 +113,7 @@ def _read(files: Sequence[Path], beside: Path, mapping: FileMap,
 
 
 def _write(page: Path, text: str, out: Path) -> int:
-    page.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(page) as temporary:
-        temporary.write_text(text)
+    write(page, text.encode())
     print(f"Wrote {out} and {page}: look at the pictures before you go on")
     return 0
 
@@ -189,12 +185,7 @@ def _guess(arguments: argparse.Namespace, proposer: Callable[[Source], Proposal]
     if out is None:
         print(proposal.text, end="")
     else:
-        try:
-            out.parent.mkdir(parents=True, exist_ok=True)
-            with out.open("x") as target:
-                target.write(proposal.text)
-        except FileExistsError:
-            raise InvalidValue(f"'{out}' already exists", "Choose another name, or remove the file") from None
+        write_template(out, proposal.text.encode())
     to = sys.stderr if out is None else sys.stdout
     for guess in proposal.guesses:
         print(f"{guess.name}: {'open, ' if guess.channel is None else ''}{guess.reason}", file=to)
