@@ -7,7 +7,7 @@ from inspect import iscoroutinefunction
 from typing import Any
 
 import orjson
-from fastapi import Request, Response
+from fastapi import Depends, Request, Response
 from fastapi.routing import APIRoute
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -186,3 +186,12 @@ def require_media_type(request: Request, *accepted: str) -> str:
             "With curl, add --header 'Content-Type: ...'"
         raise problem_details.UnsupportedMedia(cause, f"Send {' or '.join(accepted)}. {hint}")
     return media_type
+
+
+def upload_of(media_type: str) -> Any:
+    """Dependency: a request body of this media type, as bytes."""
+    async def read(request: Request) -> bytes:
+        require_media_type(request, media_type)
+        return await request.body()
+
+    return Depends(read)

@@ -8,10 +8,11 @@ from collections.abc import Callable, Mapping
 from typing import Annotated, Any
 
 import orjson
-from fastapi import Depends, Request
 
 from slipstick.errors import UnknownName
 from slipstick.storage.children import Kept
+
+from .held import held
 
 _CHILD = Kept()
 
@@ -36,7 +37,8 @@ class Drawings:
         with self._lock:
             drawing = self._kept.pop((function, *key), None)  # and inserted again below, as the newest
             if drawing is None:
-                drawing = _CHILD.call(f"slipstick.report.made:{function}", _json(request()), UnknownName)
+                content = orjson.dumps(request(), option=orjson.OPT_SERIALIZE_NUMPY)
+                drawing = _CHILD.call(f"slipstick.report.made:{function}", content, UnknownName)
             if key:
                 self._kept[function, *key] = drawing
                 while sum(map(len, self._kept.values())) > self._most_bytes:
@@ -44,13 +46,4 @@ class Drawings:
         return drawing
 
 
-def _json(request: Mapping[str, Any]) -> bytes:
-    return orjson.dumps(request, option=orjson.OPT_SERIALIZE_NUMPY)
-
-
-async def _drawings(request: Request) -> Drawings:
-    drawings: Drawings = request.app.state.drawings
-    return drawings
-
-
-DrawingsDependency = Annotated[Drawings, Depends(_drawings)]
+DrawingsDependency = Annotated[Drawings, held("drawings")]

@@ -33,7 +33,7 @@ class UnexpectedErrors:
             if scope["type"] != "http" or started:
                 raise  # a response that has begun cannot be replaced: the server closes the connection
             _LOG.exception("Unexpected error in %s %s", scope["method"], scope["path"][:200])
-            await problem_details.internal_error_response()(scope, receive, send)
+            await problem_details.problem_response(problem_details.internal_error())(scope, receive, send)
 
 
 class HeadRequests:

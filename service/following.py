@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Annotated, Any, TypeVar
 
-from fastapi import Depends, Header, Query, Request
+from fastapi import Header, Query
 from fastapi.sse import format_sse_event
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import StreamingResponse
@@ -15,6 +15,7 @@ from starlette.types import Receive, Scope, Send
 
 from slipstick.errors import SlipstickError
 
+from .held import held
 from .problem_details import Busy, problem_from
 
 _T = TypeVar("_T")
@@ -90,12 +91,7 @@ class Following:
         return latest
 
 
-async def _following(request: Request) -> Following:
-    following: Following = request.app.state.following
-    return following
-
-
-FollowingDependency = Annotated[Following, Depends(_following)]
+FollowingDependency = Annotated[Following, held("following")]
 
 
 class EventStream(StreamingResponse):

@@ -17,7 +17,8 @@ from slipstick.storage.queues import name_machine_queue
 from slipstick.time_budget import TimeBudgetEnded
 
 from .following import Following
-from .job_filter import ENDED, STATUS, JobFilter, Status
+from .held import held
+from .job_filter import ACTIVE, ENDED, STATUS, JobFilter, Status
 from .job_store import JobInput, JobStore
 from .problem_details import Conflict
 
@@ -51,12 +52,7 @@ class Job(BaseModel):
     links: dict[str, str] = Field(description="Addresses of the job and of its result, report and so on, by name.")
 
 
-async def _stores(request: Request) -> Mapping[str, JobStore]:
-    stores: Mapping[str, JobStore] = request.app.state.jobs
-    return stores
-
-
-JobStores = Annotated[Mapping[str, JobStore], Depends(_stores)]
+JobStores = Annotated[Mapping[str, JobStore], held("jobs")]
 """The jobs of each kind."""
 
 
@@ -199,7 +195,7 @@ def delete(store: JobStore, id: str) -> JobInput:
     """Delete a job that has ended, and return its input; raises `UnknownName`, and `Conflict` if it has not ended."""
     job = store.find(id)
     status = STATUS[job.status]
-    if status in ("queued", "running"):
+    if status in ACTIVE:
         raise Conflict(f"The {store.workflow} '{id}' is {status}", f"POST {store.address}/{id}/cancel first")
     store.delete(id)
     return input_of(job)
@@ -218,7 +214,7 @@ def finished_job(store: JobStore, id: str, *, output: bool = True) -> WorkflowSt
     job = store.find(id, output=output)
     if job.status != "SUCCESS":
         status = STATUS[job.status]
-        remedy = "Repeat this request when its status is `done`" if status in ("queued", "running") else \
+        remedy = "Repeat this request when its status is `done`" if status in ACTIVE else \
             "Submit it again with a different Idempotency-Key"
         raise Conflict(f"The {store.workflow} '{id}' has no result: its status is `{status}`", remedy)
     return job

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated
 
-from fastapi import Depends, Request
 from sqlalchemy import Engine, inspect, text
 
 from slipstick.black_box.known import KnownMachine
@@ -13,6 +12,7 @@ from slipstick.errors import UnknownName
 from slipstick.storage.database import clock
 
 from .heartbeats import DEAD_SECONDS
+from .held import held
 
 _SELECT = f"""SELECT name, content, (SELECT count(*) FROM slipstick_machine_workers
 JOIN slipstick_workers ON slipstick_workers.name = worker
@@ -86,9 +86,4 @@ def _read(content: str) -> KnownMachine:
     return KnownMachine.from_json(content)
 
 
-async def _machines(request: Request) -> Machines:
-    machines: Machines = request.app.state.machines
-    return machines
-
-
-MachinesDependency = Annotated[Machines, Depends(_machines)]
+MachinesDependency = Annotated[Machines, held("machines")]

@@ -207,11 +207,6 @@ def invalid_request(field_errors: list[RequestFieldError], left_out: int) -> Pro
                           errors=field_errors, errors_left_out=left_out)
 
 
-def internal_error_response() -> Response:
-    """The response to a request that failed unexpectedly."""
-    return problem_response(internal_error())
-
-
 def malformed_request(id: str) -> ProblemDetails:
     """The problem of bytes that are no HTTP request, which gets the id `id`."""
     return ProblemDetails(type=_urn("MalformedRequest"), title="Malformed request", status=400,

@@ -8,7 +8,7 @@ from slipstick.interface.propagate import DENSITY_POINTS, Propagation
 from slipstick.pictures import propagation
 from slipstick.report.made import PROPAGATION
 
-from .csv_form import CSV, csv_response
+from .csv_form import CSV
 from .drawings import Drawings
 from .pictures import preferred
 from .schemas import require_size
@@ -43,11 +43,6 @@ def require_drawable(body: "PropagateRequest", conditions: int) -> "PropagateReq
     require_size(conditions, propagation.MOST, "conditions in a picture", "Select conditions, or request JSON")
     points = 0 if body.output_std == 0 else body.density_points or DENSITY_POINTS
     return body.model_copy(update={"density_points": points, "coefficients": False})
-
-
-def csv_of_propagation(result: Propagation) -> Response:
-    """The result as CSV with a row for each condition, without densities and coefficients."""
-    return csv_response(result.columns, "propagation")
 
 
 def draw_propagation(drawings: Drawings, result: Propagation, form: Form) -> Response:

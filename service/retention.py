@@ -7,11 +7,11 @@ import time
 from dbos import DBOSClient
 from sqlalchemy.exc import SQLAlchemyError
 
+from .job_filter import ENDED, JobFilter
 from .job_store import KINDS
 from .settings import Settings
 
 _LOG = logging.getLogger("uvicorn.error")
-_ENDED = ["SUCCESS", "ERROR", "CANCELLED", "MAX_RECOVERY_ATTEMPTS_EXCEEDED"]
 _INTERVAL = 600.0  # s
 _DAY = 86_400_000  # ms
 
@@ -31,7 +31,8 @@ def remove_old(client: DBOSClient, days: float, count: int, now: float) -> list[
 
     Returns their ids. Queued and running jobs stay.
     """
-    ended = client.list_workflows(name=list(KINDS), status=_ENDED, sort_desc=True, load_input=False, load_output=False)
+    ended = client.list_workflows(name=list(KINDS), status=JobFilter(status=ENDED).states, sort_desc=True,
+                                  load_input=False, load_output=False)
     ids = [job.workflow_id for number, job in enumerate(ended)
            if number >= count or (job.completed_at or job.updated_at or 0) < now * 1000 - days * _DAY]
     if ids:

@@ -4,7 +4,6 @@ from typing import Annotated, Any
 
 import numpy as np
 import orjson
-from fastapi import Depends, Request
 from fastapi.responses import Response
 from pydantic import BaseModel, ConfigDict, Field, Strict
 
@@ -12,6 +11,7 @@ from slipstick.storage.library import Library
 from slipstick.table import Outside, Table
 from slipstick.uncertainty.chaos import Family
 
+from .held import held
 from .problem_details import TooLarge
 from .settings import Settings
 
@@ -51,6 +51,8 @@ ConditionList = Annotated[list[int] | None, Field(
 Digest = Annotated[str, Field(description="SHA-256 digest of the content.")]
 TableDigest = Annotated[str, Field(description="SHA-256 digest of the content of the table.")]
 RecordingsDigest = Annotated[str, Field(description="SHA-256 digest of the recordings.")]
+Description = Annotated[str, Field(description="The condition in words: profile, motor speed, inertia and brake "
+                                               "torque, or the columns of another machine.")]
 MassOutside = Annotated[float, Field(
     description="Probability that the inputs lie outside the table, where the policy `outside` applies.")]
 
@@ -99,21 +101,8 @@ class InputsBody(StrictModel):
                     "is an entry of L, not a covariance.")
 
 
-# Coroutines, because FastAPI calls any other dependency in a thread of its own, which takes longer than an evaluation.
-
-
-async def _library(request: Request) -> Library:
-    library: Library = request.app.state.library
-    return library
-
-
-async def _settings(request: Request) -> Settings:
-    settings: Settings = request.app.state.settings
-    return settings
-
-
-LibraryDependency = Annotated[Library, Depends(_library)]
-SettingsDependency = Annotated[Settings, Depends(_settings)]
+LibraryDependency = Annotated[Library, held("library")]
+SettingsDependency = Annotated[Settings, held("settings")]
 
 
 def require_size(count: int, limit: int, quantity: str, remedy: str) -> None:

@@ -2,14 +2,14 @@
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Path, Query, Request, Response
+from fastapi import APIRouter, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from slipstick.bench import TEMPLATE, Bench, parameters
 from slipstick.errors import SlipstickError
 from slipstick.storage.library import Library
 
-from ..bodies import JsonRoute, require_media_type
+from ..bodies import JsonRoute, upload_of
 from ..computations import computes
 from ..csv_form import CSV_RESPONSE, TableFormQuery, entries_csv, wants_csv
 from ..error_responses import error_responses
@@ -87,11 +87,6 @@ _UPLOAD_BODY: dict[str, Any] = {"requestBody": {"required": True, "content": {
     _MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}, "example": TEMPLATE.read_text()}}}}
 
 
-async def _upload_body(request: Request) -> bytes:
-    require_media_type(request, _MEDIA_TYPE)
-    return await request.body()
-
-
 @router.get("", summary="List the benches", response_model=BenchList, responses=error_responses(503) | CSV_RESPONSE)
 def list_benches(library: LibraryDependency, request: Request, limit: Limit = 1000, offset: Offset = 0,
                  form: TableFormQuery = None) -> BenchList | Response:
@@ -115,7 +110,7 @@ def describe_bench(name: BenchNamePath, library: LibraryDependency, client: Reva
 @router.post("", summary="Upload a bench", status_code=201, openapi_extra=_UPLOAD_BODY,
              responses=error_responses(408, 409, 413, 415, 503))
 @computes
-def upload_bench(name: NewBenchName, content: Annotated[bytes, Depends(_upload_body)], library: LibraryDependency,
+def upload_bench(name: NewBenchName, content: Annotated[bytes, upload_of(_MEDIA_TYPE)], library: LibraryDependency,
                  response: Response) -> BenchDescription:
     """Check a bench file (TOML) and store it.
 

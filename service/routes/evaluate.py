@@ -11,7 +11,7 @@ from starlette.concurrency import run_in_threadpool
 
 from slipstick.errors import InvalidValue
 from slipstick.inference.propagation import select_conditions
-from slipstick.interface.tables import condition_columns
+from slipstick.interface.tables import condition_columns, descriptions
 from slipstick.storage.library import Library
 from slipstick.table import Outside, Table
 from slipstick.table.points import count_outside
@@ -20,13 +20,13 @@ from slipstick.table.subject import columns
 from .. import npy
 from ..bodies import Handler, JsonRoute, compute, require_media_type
 from ..csv_form import CSV, TableForm, csv_response, wants_csv
-from ..descriptions import Description, descriptions
 from ..error_responses import error_responses
 from ..problem_details import MalformedBody
 from ..schemas import (
     AxisUnit,
     AxisUnits,
     ConditionList,
+    Description,
     OutsidePolicy,
     StrictModel,
     TableBench,

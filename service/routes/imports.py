@@ -5,7 +5,7 @@ import io
 import zipfile
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, Field
 
 from slipstick.acquisition.archive import MAPPING, ImportReport, import_archive
@@ -13,7 +13,7 @@ from slipstick.machine import Runs
 from slipstick.recordings import Recordings
 from slipstick.storage.library import require_name
 
-from ..bodies import JsonRoute, require_media_type
+from ..bodies import JsonRoute, upload_of
 from ..computations import reads_upload
 from ..drawings import Drawings, DrawingsDependency
 from ..error_responses import error_responses
@@ -119,17 +119,12 @@ Pictures = Annotated[int, Query(ge=0, le=12, description="Number of the first en
                                                          "has pictures.")]
 
 
-async def _archive(request: Request) -> bytes:
-    require_media_type(request, MEDIA_TYPE)
-    return await request.body()
-
-
 @router.post("/import", summary="Import files of a bench or machine", status_code=201, openapi_extra=_UPLOAD_BODY,
              responses=error_responses(404, 408, 409, 413, 415, 503) | {200: {
                  "description": "Identical recordings already existed under this name, or it was a `preview`",
                  "model": ImportDescription}})
 @reads_upload
-def import_recordings(name: ImportName, archive: Annotated[bytes, Depends(_archive)], library: LibraryDependency,
+def import_recordings(name: ImportName, archive: Annotated[bytes, upload_of(MEDIA_TYPE)], library: LibraryDependency,
                       machines: MachinesDependency, drawings: DrawingsDependency, response: Response,
                       bench: ImportBench = None, machine: ImportMachine = None, preview: Preview = False,
                       pictures: Pictures = 0) -> ImportDescription:

@@ -32,12 +32,12 @@ from slipstick.uncertainty.likelihood.line_rules import ACROSS
 from ..bodies import JsonRoute
 from ..computations import ClientDependency, computes
 from ..csv_form import CSV_RESPONSE, TableFormQuery, csv_response, wants_csv
-from ..descriptions import Description
 from ..error_responses import error_responses
 from ..routes.propagate import TERMS_PER_VALUE, ExpansionBody, Seed
 from ..schemas import (
     SIMULATED,
     AxisUnits,
+    Description,
     InputsBody,
     LibraryDependency,
     MassOutside,

@@ -24,12 +24,13 @@ from slipstick.uncertainty.likelihood import SAMPLES
 from .. import propagation_drawing as drawing
 from ..bodies import JsonRoute
 from ..computations import ClientDependency, computes
-from ..descriptions import Description
+from ..csv_form import csv_response
 from ..drawings import DrawingsDependency
 from ..error_responses import error_responses
 from ..schemas import (
     AxisUnits,
     ConditionList,
+    Description,
     InputsBody,
     LibraryDependency,
     MassOutside,
@@ -201,7 +202,8 @@ def propagate(body: Annotated[PropagateRequest, Body(examples=[_EXAMPLE])], libr
     result = present(table, body.table, selected, conditions, distributions, body.model_dump())
     if form == "json":
         return json_response(result.answer, {"Vary": "Accept"})
-    return drawing.csv_of_propagation(result) if form == "csv" else drawing.draw_propagation(drawings, result, form)
+    return csv_response(result.columns, "propagation") if form == "csv" else \
+        drawing.draw_propagation(drawings, result, form)
 
 
 def _require_work(asked: PropagationSettings, inputs: Inputs, conditions: int, settings: Settings) -> None:

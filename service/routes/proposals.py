@@ -3,13 +3,13 @@
 import tomllib
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Query, Request
+from fastapi import APIRouter, Query
 from pydantic import BaseModel, Field
 
 from slipstick.acquisition.channel import Listed
 from slipstick.acquisition.proposing import propose_uploaded
 
-from ..bodies import JsonRoute, require_media_type
+from ..bodies import JsonRoute, upload_of
 from ..computations import reads_upload
 from ..error_responses import error_responses
 from ..machines import MachinesDependency
@@ -60,15 +60,10 @@ FileName = Annotated[str, Query(max_length=255, description="Name of the file; i
                                 openapi_examples={"csv": {"summary": "A CSV file", "value": "run.csv"}})]
 
 
-async def _file(request: Request) -> bytes:
-    require_media_type(request, MEDIA_TYPE)
-    return await request.body()
-
-
 @router.post("/proposal", summary="Propose a mapping of channels", openapi_extra=_UPLOAD_BODY,
              responses=error_responses(404, 408, 413, 415, 503))
 @reads_upload
-def propose_mapping(file: FileName, content: Annotated[bytes, Depends(_file)], library: LibraryDependency,
+def propose_mapping(file: FileName, content: Annotated[bytes, upload_of(MEDIA_TYPE)], library: LibraryDependency,
                     machines: MachinesDependency, bench: ImportBench = None,
                     machine: ImportMachine = None) -> MappingProposal:
     """Read a file of a data-acquisition system and propose which channel is which signal of a `bench` or `machine`.

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from slipstick.black_box import Measurements
+from slipstick.black_box import Measurements, Quantity
 from slipstick.errors import InvalidValue, SlipstickError
 from slipstick.machine import Runs
 from slipstick.recordings import Form, Recordings
@@ -211,19 +211,12 @@ def describe(name: str, recordings: Recordings | Measurements | Runs) -> Recordi
     """The recordings `name` as the service describes them."""
     if isinstance(recordings, Runs):
         return RunsDescription.of(name, recordings)
-    if isinstance(recordings, Measurements):
-        return RecordingsDescription(
-            name=name, digest=recordings.digest, conditions_digest=recordings.conditions.digest,
-            description=recordings.description, output=recordings.output.name, unit=recordings.output.unit,
-            measured_time=recordings.measured_time.tolist(), run_order=None, signals=None,
-            conditions=list_conditions(recordings.conditions), current_profiles=[],
-            condition_units=condition_units(recordings.conditions))
-    signals = recordings.signals
+    output, order, signals = ((recordings.output, None, None) if isinstance(recordings, Measurements) else
+                              (Quantity("shifting_time", "s"), recordings.run_order, recordings.signals))
     return RecordingsDescription(
         name=name, digest=recordings.digest, conditions_digest=recordings.conditions.digest,
-        description=recordings.description, output="shifting_time", unit="s",
-        measured_time=recordings.measured_time.tolist(),
-        run_order=None if recordings.run_order is None else recordings.run_order.tolist(),
+        description=recordings.description, output=output.name, unit=output.unit,
+        measured_time=recordings.measured_time.tolist(), run_order=None if order is None else order.tolist(),
         signals=None if signals is None else SignalsDescription(
             units={signal: SIGNAL_UNITS[signal] for signal in signals.names}, samples=len(signals.time),
             start=signals.time[0], end=signals.time[-1]),

@@ -9,11 +9,11 @@ from slipstick.pictures.output import Output
 
 from ..bodies import JsonRoute
 from ..csv_form import CSV_RESPONSE, TableFormQuery, csv_response, wants_csv
-from ..descriptions import Description
 from ..error_responses import error_responses
 from ..jobs import finished_job, output_of, version_of
 from ..revalidation import NOT_MODIFIED, RevalidationDependency
 from ..routes.fits import FitId, FitStore
+from ..schemas import Description
 
 router = APIRouter(prefix="/v1/fits/{id}/residuals", tags=["fits"], route_class=JsonRoute)
 

@@ -2,9 +2,9 @@
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi import APIRouter, Query, Response
 
-from ..bodies import JsonRoute, require_media_type
+from ..bodies import JsonRoute, upload_of
 from ..computations import reads_upload
 from ..error_responses import error_responses
 from ..problem_details import Conflict
@@ -22,16 +22,11 @@ NewTableName = Annotated[str, Query(
     openapi_examples={"mine": {"summary": "A new name", "value": "my-table"}})]
 
 
-async def _file(request: Request) -> bytes:
-    require_media_type(request, MEDIA_TYPE)
-    return await request.body()
-
-
 @router.post("", summary="Upload a table", status_code=201, openapi_extra=_UPLOAD_BODY,
              responses=error_responses(408, 409, 413, 415, 503) | {200: {
                  "description": "The same table already existed under this name", "model": TableDescription}})
 @reads_upload
-def upload_table(name: NewTableName, content: Annotated[bytes, Depends(_file)], library: LibraryDependency,
+def upload_table(name: NewTableName, content: Annotated[bytes, upload_of(MEDIA_TYPE)], library: LibraryDependency,
                  response: Response) -> TableDescription:
     """Verify a table of any axes and store it.
 
