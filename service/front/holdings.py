@@ -1,6 +1,6 @@
 """The files of the front page: benches, tables and recordings; an invalid one with the reason."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 
 from slipstick.bench import Bench
 from slipstick.black_box import Measurements
@@ -33,14 +33,20 @@ def holdings(library: Library, machines: Sequence[Entry]) -> str:
 def file_entry(folder: Folder, name: str, library: Library) -> Entry:
     """Return a file as an entry of a list."""
     try:
-        return Entry(name, f"/{folder}/{name}", _ABOUT[folder](library, name))
+        return Entry(name, f"/{folder}/{name}", about(folder, name, library))
     except SlipstickError as error:
         return Entry(name, f"/{folder}/{name}", str(error), "invalid")
 
 
-def about_table(library: Library, name: str) -> str:
-    """Return what a table holds, in a sentence."""
-    return library.derive_from_table(name, _describe_table)
+def about(folder: Folder, name: str, library: Library) -> str:
+    """Return what a file holds, in a sentence."""
+    match folder:
+        case "tables":
+            return library.derive_from_table(name, _describe_table)
+        case "recordings":
+            return library.derive_from_recorded(name, _describe_recordings)
+        case "benches":
+            return library.derive_from_bench(name, _describe_bench)
 
 
 def _describe_table(table: Table) -> str:
@@ -59,11 +65,6 @@ def _range(axis: Axis) -> str:
     return units.with_unit(f"{units.number(factor * lower)} to {units.number(factor * upper)}", unit)
 
 
-def about_recordings(library: Library, name: str) -> str:
-    """Return what recordings hold, in a sentence."""
-    return library.derive_from_recorded(name, _describe_recordings)
-
-
 def _describe_recordings(recordings: Recordings | Measurements | Runs) -> str:
     if isinstance(recordings, Runs):
         description = f". {recordings.description}" if recordings.description else ""
@@ -76,14 +77,5 @@ def _describe_recordings(recordings: Recordings | Measurements | Runs) -> str:
     return f"{plural(len(recordings), 'engagement')} {signals}{description}"
 
 
-def about_bench(library: Library, name: str) -> str:
-    """Return what a bench is, in a sentence."""
-    return library.derive_from_bench(name, _describe_bench)
-
-
 def _describe_bench(bench: Bench) -> str:
     return f"{bench.title}, {plural(len(bench.conditions), 'condition')}"
-
-
-_ABOUT: Mapping[Folder, Callable[[Library, str], str]] = {
-    "tables": about_table, "recordings": about_recordings, "benches": about_bench}

@@ -1,11 +1,13 @@
 """Deletion and renaming of files, which are refused while a job uses them; results keep a file from being deleted."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Annotated
 
 from fastapi import APIRouter, Body, Query, Response
 from pydantic import Field
+
+from slipstick.storage.library import FileKind, Library
 
 from ..bodies import JsonRoute
 from ..error_responses import error_responses
@@ -44,7 +46,8 @@ def rename_table(name: TableNamePath, body: Renaming, library: LibraryDependency
     report of a study can compare them once the table has that name again.
     """
     _require_idle(name, JobFilter(table=name), stores)
-    _rename(lambda: library.rename_table(name, body.name), body.name, f"/v1/tables/{body.name}", response)
+    _rename(library, "table", name, body.name)
+    response.headers["Location"] = f"/v1/tables/{body.name}"
     return tables.entry(library, body.name)
 
 
@@ -56,7 +59,8 @@ def rename_recordings(name: RecordingsNamePath, body: Renaming, library: Library
     The new address is in the header Location. Results of the recordings keep their former name, and their digest.
     """
     _require_idle(name, JobFilter(recordings=name), stores)
-    _rename(lambda: library.rename_recordings(name, body.name), body.name, f"/v1/recordings/{body.name}", response)
+    _rename(library, "recordings file", name, body.name)
+    response.headers["Location"] = f"/v1/recordings/{body.name}"
     return recordings.entry(library, body.name)
 
 
@@ -68,7 +72,8 @@ def rename_bench(name: BenchNamePath, body: Renaming, library: LibraryDependency
     The new address is in the header Location. Results on the bench keep its former name, and its digests.
     """
     _require_idle(name, JobFilter(bench=name), stores)
-    _rename(lambda: library.rename_bench(name, body.name), body.name, f"/v1/benches/{body.name}", response)
+    _rename(library, "bench", name, body.name)
+    response.headers["Location"] = f"/v1/benches/{body.name}"
     return benches.entry(library, body.name)
 
 
@@ -81,7 +86,7 @@ def delete_table(name: TableNamePath, library: LibraryDependency, stores: JobSto
     a study can include them any more.
     """
     _require_unused(name, JobFilter(table=name), force, stores)
-    library.remove_table(name)
+    library.remove("table", name)
 
 
 @router.delete("/recordings/{name}", summary="Delete recordings", status_code=204, tags=["recordings"],
@@ -93,7 +98,7 @@ def delete_recordings(name: RecordingsNamePath, library: LibraryDependency, stor
     Without `force` it is also 409 if there are finished jobs of it. Their results stay available.
     """
     _require_unused(name, JobFilter(recordings=name), force, stores)
-    library.remove_recordings(name)
+    library.remove("recordings file", name)
 
 
 @router.delete("/benches/{name}", summary="Delete a bench", status_code=204, tags=["benches"],
@@ -104,16 +109,15 @@ def delete_bench(name: BenchNamePath, library: LibraryDependency, stores: JobSto
     Without `force` it is also 409 if there are finished jobs on it. Their results and its tables stay available.
     """
     _require_unused(name, JobFilter(bench=name), force, stores)
-    library.remove_bench(name)
+    library.remove("bench", name)
 
 
-def _rename(rename: Callable[[], None], new: str, address: str, response: Response) -> None:
-    """Rename a file and set the Location of the response; raises `Conflict` if the new name is taken."""
+def _rename(library: Library, kind: FileKind, name: str, new: str) -> None:
+    """Rename a file; raises `Conflict` if the new name is taken."""
     try:
-        rename()
+        library.rename(kind, name, new)
     except FileExistsError:
         raise Conflict(f"A file named '{new}' already exists", "Choose another name") from None
-    response.headers["Location"] = address
 
 
 def _require_unused(name: str, users: JobFilter, force: bool, stores: Mapping[str, JobStore]) -> None:

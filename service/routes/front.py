@@ -24,7 +24,7 @@ from ..front.file_actions import Folder, file_actions, invalid_page
 from ..front.find import quick_form
 from ..front.first_steps import first_steps
 from ..front.forms import SCRIPT, Form
-from ..front.holdings import about_bench, about_recordings, about_table, holdings
+from ..front.holdings import about, holdings
 from ..front.jobs import Jobs
 from ..front.laws import thumbnail
 from ..front.machine_page import machine_entry, machine_links, machine_page
@@ -107,10 +107,10 @@ def table_details(name: TableNamePath, library: LibraryDependency, stores: JobSt
                   x: AxisName = None, y: AxisName = None) -> HTMLResponse:
     """The page of a table."""
     def content() -> _Content:
-        table, about = library.table(name), about_table(library, name)
+        table, holds = library.table(name), about("tables", name, library)
         machine = table.model.title if isinstance(table.model, BlackBoxDescription) else None
-        return _Content((table.digest, about), table_orders(library, name, table),
-                        lambda: table_page(name, table, about, condition, (x, y), drawings),
+        return _Content((table.digest, holds), table_orders(library, name, table),
+                        lambda: table_page(name, table, holds, condition, (x, y), drawings),
                         machine_links(machines, machine))
 
     return _file_page("tables", name, content, stores, JobFilter(table=name, status=["done"]), client)
@@ -123,10 +123,10 @@ def recordings_details(name: RecordingsNamePath, library: LibraryDependency, sto
                        run: Number = 0) -> HTMLResponse:
     """The page of recordings."""
     def content() -> _Content:
-        recordings, about = library.recorded(name), about_recordings(library, name)
+        recordings, holds = library.recorded(name), about("recordings", name, library)
         machine = recordings.machine if isinstance(recordings, Runs) else None
-        return _Content((recordings.digest, about), recordings_orders(library, name, recordings, machines),
-                        lambda: recordings_page(name, recordings, about, run, drawings),
+        return _Content((recordings.digest, holds), recordings_orders(library, name, recordings, machines),
+                        lambda: recordings_page(name, recordings, holds, run, drawings),
                         machine_links(machines, machine))
 
     return _file_page("recordings", name, content, stores, JobFilter(recordings=name, status=["done"]), client)
@@ -138,10 +138,10 @@ def bench_details(name: BenchNamePath, library: LibraryDependency, stores: JobSt
                   drawings: DrawingsDependency) -> HTMLResponse:
     """The page of a bench."""
     def content() -> _Content:
-        bench, about = library.bench(name), about_bench(library, name)
-        return _Content((bench.digest, bench.sensing_digest, bench.conditions.digest, bench.source, about),
+        bench, holds = library.bench(name), about("benches", name, library)
+        return _Content((bench.digest, bench.sensing_digest, bench.conditions.digest, bench.source, holds),
                         bench_orders(library, name),
-                        lambda: bench_page(name, bench, about, drawings))
+                        lambda: bench_page(name, bench, holds, drawings))
 
     return _file_page("benches", name, content, stores, JobFilter(bench=name, status=["done"]), client)
 

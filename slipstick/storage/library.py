@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 import numpy as np
 
@@ -48,6 +48,7 @@ from slipstick.table.upload import verify
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 _T = TypeVar("_T")
+FileKind = Literal["table", "recordings file", "bench"]
 _OTHER_LINES = 1000
 """Lines of a CSV file that may be remarks."""
 _FEWER_ENGAGEMENTS = "Split the file, or let the administrator increase SLIPSTICK_ENGAGEMENTS"
@@ -277,44 +278,20 @@ class Library:
         for folder in self.folder.glob(f".{self.staged_table(name).name}.*.parts"):
             shutil.rmtree(folder, ignore_errors=True)
 
-    def remove_table(self, name: str) -> None:
-        """Delete the file of the table `name`, valid or not; raises `UnknownName`."""
-        self._remove("table", name, self.tables(), "h5")
-
-    def remove_recordings(self, name: str) -> None:
-        """Delete the file of the recordings `name`, valid or not; raises `UnknownName`."""
-        self._remove("recordings file", name, self.recordings(), "h5")
-
-    def remove_bench(self, name: str) -> None:
-        """Delete the file of the bench `name`, valid or not; raises `UnknownName`."""
-        self._remove("bench", name, self.benches(), "toml")
-
-    def _remove(self, kind: str, name: str, known: list[str], form: str) -> None:
-        if name not in known:
-            raise UnknownName.of(kind, name, known)
+    def remove(self, kind: FileKind, name: str) -> None:
+        """Delete the file `name` of a kind, valid or not; raises `UnknownName`."""
+        path = self._known_file(kind, name)
         with _change(kind, name):
-            (self.folder / f"{name}.{form}").unlink()
+            path.unlink()
 
-    def rename_table(self, name: str, new: str) -> None:
-        """Rename the file of the table `name`, valid or not.
+    def rename(self, kind: FileKind, name: str, new: str) -> None:
+        """Rename the file `name` of a kind, valid or not.
 
         Raises `UnknownName`, `InvalidValue` if the new name is invalid, and `FileExistsError` if it is taken.
         """
-        self._rename("table", name, self.tables(), new, "h5")
-
-    def rename_recordings(self, name: str, new: str) -> None:
-        """Rename the file of the recordings `name`, valid or not; raises what `rename_table` raises."""
-        self._rename("recordings file", name, self.recordings(), new, "h5")
-
-    def rename_bench(self, name: str, new: str) -> None:
-        """Rename the file of the bench `name`, valid or not; raises what `rename_table` raises."""
-        self._rename("bench", name, self.benches(), new, "toml")
-
-    def _rename(self, kind: str, name: str, known: list[str], new: str, form: str) -> None:
         require_name(new)
-        if name not in known:
-            raise UnknownName.of(kind, name, known)
-        old, linked = self.folder / f"{name}.{form}", self.folder / f"{new}.{form}"
+        old = self._known_file(kind, name)
+        linked = old.with_stem(new)
         with _change(kind, name):
             os.link(old, linked, follow_symlinks=False)  # a rename could replace a file
             try:
@@ -322,6 +299,12 @@ class Library:
             except FileNotFoundError:  # another request has deleted or renamed it in the meantime
                 linked.unlink(missing_ok=True)
                 raise
+
+    def _known_file(self, kind: FileKind, name: str) -> Path:
+        known = {"table": self.tables, "recordings file": self.recordings, "bench": self.benches}[kind]()
+        if name not in known:
+            raise UnknownName.of(kind, name, known)
+        return self.folder / f"{name}.{'toml' if kind == 'bench' else 'h5'}"
 
     def _require_engagements(self, count: int) -> None:
         if self.most_engagements is not None and count > self.most_engagements:
@@ -378,7 +361,7 @@ class Library:
 
 
 @contextmanager
-def _change(kind: str, name: str) -> Iterator[None]:
+def _change(kind: FileKind, name: str) -> Iterator[None]:
     """Raise `UnknownName` if the file that is deleted or renamed vanishes meanwhile, `InvalidValue` if it must stay."""
     try:
         yield

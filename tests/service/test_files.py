@@ -227,8 +227,9 @@ def test_of_changes_at_the_same_time_a_single_one_happens(folder: Path) -> None:
             return False
         return True
 
-    acts = [lambda: library.rename_recordings("many", "first"), lambda: library.rename_recordings("many", "second"),
-            lambda: library.remove_recordings("many")]
+    acts = [lambda: library.rename("recordings file", "many", "first"),
+            lambda: library.rename("recordings file", "many", "second"),
+            lambda: library.remove("recordings file", "many")]
     with ThreadPoolExecutor(3) as threads:
         for _ in range(100):
             shutil.copy(folder / "measured.h5", folder / "many.h5")
@@ -237,7 +238,7 @@ def test_of_changes_at_the_same_time_a_single_one_happens(folder: Path) -> None:
             assert sum(happened) == 1
             assert left == [name for name, done in zip(("first", "second"), happened[:2], strict=True) if done]
             for name in left:
-                library.remove_recordings(name)
+                library.remove("recordings file", name)
 
 
 def test_what_a_job_uses_is_not_renamed_and_results_keep_the_former_name(client: httpx.Client, folder: Path) -> None:
