@@ -31,10 +31,10 @@ from evidence.peers.equations import (
     simulate,
     synchronize,
 )
-from slipstick.engine.bases import hats
 from slipstick.engine.laws import CONSTANT, Candidate, acts, list_candidates
 from slipstick.engine.model import nominal_own_values
 from slipstick.engine.recordings import Recorded
+from slipstick.numerics.piecewise import hats
 
 Matrix = np.ndarray
 _ROUGH, _ROUNDS, _EM = 2, 5, 10  # of the fit of the parameters, at first without a simulation, and of the EM algorithm

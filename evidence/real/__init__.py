@@ -14,10 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.engine.bases import hats
 from slipstick.engine.fit import Fit
 from slipstick.engine.recordings import Pair
 from slipstick.engine.study import estimate_parameters
+from slipstick.numerics.piecewise import hats
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,11 @@ from slipstick.confirmation.fit import SimulationFit
 from slipstick.confirmation.schema import DOCUMENTED
 from slipstick.confirmation.starts import About
 from slipstick.engine.linear_model import estimate
-from slipstick.naming.bases import between, between_knots, hats
+from slipstick.naming.bases import between, between_knots
 from slipstick.naming.evidence import FOLDS, hold_out
 from slipstick.naming.selection import in_errors, is_enough
 from slipstick.naming.settings import NamingSettings
+from slipstick.numerics.piecewise import hats
 
 _LARGE = 0.1
 """A large change of the shifting time, as a share of the mean: the unit of the coefficients."""

@@ -16,6 +16,7 @@ import scipy
 from numba import njit
 
 from slipstick.engine.equations import EDGE, beside_jump
+from slipstick.numerics.piecewise import hats, slope
 
 Kind = Literal["curve", "between", "own", "past", "lags"]
 
@@ -81,7 +82,7 @@ class Variable:
             chosen = np.union1d(chosen, np.flatnonzero(np.abs(self.knots) <= 2 * EDGE * np.ptp(self.knots)))
         return replace(self, knots=self.knots[chosen])
 
-    def basis(self, own: np.ndarray | None, size: int) -> np.ndarray:
+    def basis(self, own: np.ndarray | None = None) -> np.ndarray:
         """Return the functions (n, m, K) of the variable, with the `own` values (n, K); (n, m, 1) between runs."""
         values = own if self.values is None else self.values
         assert values is not None
@@ -102,7 +103,7 @@ class Variable:
             kept = [play(values, knot) if self.kind == "past" else late(values, knot * self.fine, 1) for knot in knots]
         return np.asarray(np.stack(kept, axis=1) - values[:, None])
 
-    def weigh(self, c: np.ndarray, size: int, own: np.ndarray | None = None) -> np.ndarray:
+    def weigh(self, c: np.ndarray, own: np.ndarray | None = None) -> np.ndarray:
         """Return a law (n, K), or (n, 1) between runs, with coefficients c (m,)."""
         values = own if self.values is None else self.values
         assert values is not None
@@ -116,13 +117,12 @@ class Variable:
             return np.asarray(law)
         if len(self.knots) > 1 and self.kind != "past":
             return np.asarray(np.interp(self._beside(values), self.knots, c).reshape(len(values), -1))
-        return np.asarray(np.einsum("m,nmk->nk", c, self.basis(own, size)))
+        return np.asarray(np.einsum("m,nmk->nk", c, self.basis(own)))
 
     def differentiate(self, c: np.ndarray, own: np.ndarray, change: np.ndarray) -> np.ndarray:
         """Return how a law over an `own` signal (n, K), with coefficients c (m,), changes with that (n, m, K)."""
         if self.kind != "lags":
-            slopes = np.concatenate([[0.0], np.diff(c) / np.diff(self.knots), [0.0]])
-            return np.asarray(slopes[np.searchsorted(self.knots, self._beside(own), side="right")][:, None] * change)
+            return np.asarray(slope(self._beside(own), self.knots, c)[:, None] * change)
         (dead, lagging, *relaxing), out = self._slices, np.zeros(change.shape)
         bends = np.stack([slope_of_bends(own - lag(own, time * self.fine), self.knots[places], c[places])
                           for places, time in zip(relaxing, RELAXATIONS, strict=True)])
@@ -183,13 +183,6 @@ def divide(knots: np.ndarray, parts: int) -> np.ndarray:
     return np.sort(np.concatenate([knots, *(first[wide] + distances[wide] * part / parts for part in range(1, parts))]))
 
 
-def hats(x: np.ndarray, knots: np.ndarray) -> np.ndarray:
-    """Return hat functions (n, m, k) of x (n, k) at knots (m,), constant beyond the outermost ones."""
-    out = np.zeros((len(x), len(knots), x.shape[1]))
-    _fill_hats(np.ascontiguousarray(x, dtype=float), knots, out)
-    return out
-
-
 def flat_forms(count: int) -> np.ndarray:
     """Return the coefficients (m, 2) of a constant and of a line; (1, 1) of a single one."""
     line = np.linspace(-1, 1, count)
@@ -230,28 +223,6 @@ def smooth_root(count: int, length: float) -> np.ndarray:
     root = np.asarray(axes[:, kept] * np.sqrt(values[kept]))
     root.setflags(write=False)
     return root
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _fill_hats(x, knots, out):  # type: ignore[no-untyped-def]
-    last = len(knots) - 1
-    for i in range(x.shape[0]):
-        j = 0
-        for t in range(x.shape[1]):
-            value = x[i, t]
-            if value <= knots[0] or last == 0:
-                out[i, 0, t] = 1.0
-                continue
-            if value >= knots[last]:
-                out[i, last, t] = 1.0
-                continue
-            while j > 0 and knots[j] > value:
-                j -= 1
-            while knots[j + 1] <= value:
-                j += 1
-            share = (value - knots[j]) / (knots[j + 1] - knots[j])
-            out[i, j, t] = 1.0 - share
-            out[i, j + 1, t] = share
 
 
 @njit(nogil=True, cache=True)

@@ -78,7 +78,7 @@ def _join(fit: Fit, candidate: Candidate, onto: Mapping[str, np.ndarray], multip
         rows, square = multiplied.pop((name, candidate.pair))
         against = rows @ onto[name]
         if variable.kind == "between":
-            factors = candidate.size * variable.basis(None, 1)[:, :, 0]
+            factors = candidate.size * variable.basis()[:, :, 0]
             cross += factors[:, :, None] * against
             own += factors[:, :, None] * factors[:, None, :] * square
         else:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipstick.engine.bases import DELAYS, TIMES, WIDTHS, divide, flat_forms, hats
+from slipstick.engine.bases import DELAYS, TIMES, WIDTHS, divide, flat_forms
 from slipstick.engine.fit import SETTLED, Fit
 from slipstick.engine.laws import Candidate
 from slipstick.engine.linear_model import estimate, restricted_likelihood
@@ -21,6 +21,7 @@ from slipstick.engine.recordings import Pair, clock_of
 from slipstick.errors import InvalidValue
 from slipstick.machine.declaration import SENSOR
 from slipstick.machine.kinds import MEMORIES, Kind
+from slipstick.numerics.piecewise import hats
 
 _WIDE = 3.0
 """Prior standard deviation of a coefficient, over that with which its form alone is as large as the law."""

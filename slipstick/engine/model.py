@@ -100,7 +100,7 @@ class PartModel:
             if kind == "input" and pair[1] == GAIN:
                 variable, by = law.variables[self.part.name], self.part.noise[name].std
                 c, values = law.size * self.state.laws[pair], self.part.inputs[name]
-                above, below = (replace(variable, values=values + each).weigh(c, values.shape[1]) for each in (by, -by))
+                above, below = (replace(variable, values=values + each).weigh(c) for each in (by, -by))
                 passed[name] -= (above - below) / (2 * by)
         return passed
 
@@ -157,12 +157,12 @@ class PartModel:
         if variable.values is None:
             own = _read_variable(self, variable.name, name) if kind == "sensor" else self.own()[variable.name]
             if kind != "sensor" and self._own_halfway is not None:
-                halfway = candidate.size * variable.basis(self._own_halfway[variable.name], size - 1)
+                halfway = candidate.size * variable.basis(self._own_halfway[variable.name])
             if variable.kind == "lags" and name in part.drawn:
-                drawn = candidate.size * variable.basis(part.inputs[part.drawn[name]], size)
+                drawn = candidate.size * variable.basis(part.inputs[part.drawn[name]])
             if kind == "sensor" and part.begins[name]:
-                first = candidate.size * variable.basis(_begin_variable(part, variable.name, name), 1)
-        return _respond(self, kind, name, candidate.size, candidate.size * variable.basis(own, size), drawn, first,
+                first = candidate.size * variable.basis(_begin_variable(part, variable.name, name))
+        return _respond(self, kind, name, candidate.size, candidate.size * variable.basis(own), drawn, first,
                         halfway)
 
 
@@ -277,14 +277,13 @@ def _pose(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Cand
     driving, inner = dict(part.inputs), list[OwnLaw]()
     for signal, name in part.read.items():  # late
         driving[name] = late(part.inputs[name], -part.fine * _clock(recorded, clock_of(part, signal), state), 1)
-    size = part.instants
     for pair, law in laws.items():
         kind, name = key_of_law(law, part)
         if kind == "sensor":
             for begin in part.begins[name]:  # the sensor has read the nominal value
                 variable = law.variables[part.name]
                 first = _begin_variable(part, variable.name, name) if variable.values is None else None
-                error = variable.weigh(law.size * state.laws[pair], 1, first)
+                error = variable.weigh(law.size * state.laws[pair], first)
                 parameters[begin] = parameters[begin] - error[:, :1]
             if name not in part.drawn:
                 continue
@@ -297,11 +296,11 @@ def _pose(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Cand
             inner.append(OwnLaw("input" if is_input else "quantity", name, variable.name, variable.knots,
                                 -c if is_input else c, place))
         elif kind == "input":
-            driving[name] = driving[name] - variable.weigh(c, size, part.inputs[name])
+            driving[name] = driving[name] - variable.weigh(c, part.inputs[name])
         else:
-            quantities[name] = quantities[name] + variable.weigh(c, size)
+            quantities[name] = quantities[name] + variable.weigh(c)
     if not driving:
-        driving["time"] = np.zeros((len(part.measured), size))
+        driving["time"] = np.zeros((len(part.measured), part.instants))
     return Problem(part.system, part.step, driving, quantities, parameters, tuple(inner))
 
 
@@ -313,7 +312,7 @@ def sensor_errors(model: PartModel) -> np.ndarray:
         if kind == "sensor":
             variable, c = law.variables[model.part.name], law.size * model.state.laws[pair]
             own = _read_variable(model, variable.name, name) if variable.values is None else None
-            errors[:, model.part.signals.index(name)] += variable.weigh(c, errors.shape[2], own)
+            errors[:, model.part.signals.index(name)] += variable.weigh(c, own)
     return errors
 
 

@@ -114,7 +114,7 @@ def _locate(recorded: Recorded, model: PartFit, laws: Mapping[Pair, Candidate]) 
             row, factor = np.arange(model.places[pair].start, model.places[pair].stop), factor + 1.0
         elif model.part.name in law.variables:
             row = row + model.keys.index(key_of_law(law, model.part))
-            factor = factor + law.size * law.variables[model.part.name].basis(None, 1)[:, :, 0]
+            factor = factor + law.size * law.variables[model.part.name].basis()[:, :, 0]
         rows.append(row)
         factors.append(factor)
     return np.concatenate(rows), np.concatenate(factors, axis=1)

@@ -108,7 +108,7 @@ def _evaluate(law: Law, commands: Mapping[str, Profile], values: Mapping[str, fl
     on = law.pair[1]
     if law.kind == "past" and on.removeprefix("past ") in commands:
         variable = law.variable(float(instants[1] - instants[0]))
-        return variable.weigh(law.change, len(instants), commands[on.removeprefix("past ")].at(instants))
+        return variable.weigh(law.change, commands[on.removeprefix("past ")].at(instants))
     if on in commands:
         return law.at(commands[on].at(instants))
     if on == "time":

@@ -12,10 +12,10 @@ import scipy
 
 from slipstick.blocks.sensor_noise import power
 from slipstick.blocks.whitening import BlockNoise
-from slipstick.naming.bases import hats
 from slipstick.naming.block import Laws, Pair, changed
 from slipstick.naming.piston import OWN, ClutchBlock, Late, last_of
 from slipstick.naming.scene import Scene
+from slipstick.numerics.piecewise import hats
 
 _AFTER = 0.02
 """Time in s after the onset that is counted."""

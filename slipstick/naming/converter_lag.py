@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from slipstick.naming.bases import gain_points, hats
+from slipstick.naming.bases import gain_points
 from slipstick.naming.lags import lags_about, late_by, mixed, modulated
 from slipstick.naming.law_map import LawMap, single
 from slipstick.naming.scene import Scene
 from slipstick.naming.sensor_lags import lag_scale, sizes_over_runs
+from slipstick.numerics.piecewise import hats
 
 _SCALE = 2.0
 """Time scale of the lags, relative to that of lags of sensors."""

@@ -18,6 +18,7 @@ from slipstick.naming.mechanics import KNOWN, TORQUE_GAIN, steepness, true_torqu
 from slipstick.naming.scene import OF_PLATES, WITHIN, Scene
 from slipstick.naming.shaft import Shaft
 from slipstick.naming.varying_lag import OVER, Trail, trailing, with_constant_lag
+from slipstick.numerics import piecewise
 
 _LAG, _ROUNDS = ("converter torque", "lag"), 4
 """The pair of a lag of the converter, and rounds in which the speed under it is found."""
@@ -230,7 +231,7 @@ class InputBlock:
         if on in scene.of_runs:
             between = scene.between(on, of_converter, self.finer.get(pair, 0))
             return np.asarray(np.repeat(size * between[:, :, None], len(scene.time), axis=2))
-        hats = bases.hats(scene.abscissa(on), self._knots_of(pair))
+        hats = piecewise.hats(scene.abscissa(on), self._knots_of(pair))
         return (-size if quantity == "input torque" else size) * hats
 
     def _knots_of(self, pair: Pair) -> np.ndarray:

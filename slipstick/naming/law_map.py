@@ -11,6 +11,7 @@ from slipstick.naming.lags import lag_points, lags_about
 from slipstick.naming.scene import Pair, Scene
 from slipstick.naming.sensor_errors import NOT_TOLD_FROM_GAIN
 from slipstick.naming.sensor_lags import lag_scale, sizes_over_runs
+from slipstick.numerics import piecewise
 
 UpTo = Literal["nothing", "constant", "line"]
 """What a block cannot tell from its own parameters: it may be added to a law without a change of the prediction."""
@@ -60,7 +61,7 @@ def over_runs(pair: Pair, scene: Scene, finer: int, size: float = 1.0, relative:
     knots = bases.between_knots(values, bases.doubled(scene.settings.knots, finer))
     onto = size * np.eye(len(knots))
     if centred or len(knots) < 2:
-        onto = onto[:, 1:] - size * bases.hats(values, knots)[:, 1:].mean(axis=0)
+        onto = onto[:, 1:] - size * piecewise.hats(values, knots)[:, 1:].mean(axis=0)
     law = over(pair, knots, onto, relative, "constant" if centred else "nothing", unit_of(pair[1], scene))
     return replace(law, at_levels=bool(np.isin(values, knots).all()))
 
@@ -101,7 +102,7 @@ def of_sensor(pair: Pair, scene: Scene, finer: int = 0) -> LawMap:
         times = lags_about(lag_scale(scene))
         if not finer:
             return single(times, "s")
-        middle = bases.hats(np.array([[0.5]]), lag_points(finer))[0, :, 0]  # at half of the range, or of the time
+        middle = piecewise.hats(np.array([[0.5]]), lag_points(finer))[0, :, 0]  # at half of the range, or of the time
         row = np.concatenate([times, np.outer(middle, times).ravel(), np.outer(middle[1:], times).ravel()])
         own = len(times) * sizes_over_runs(scene, finer).shape[1]
         return single(np.pad(row, (0, own)), "s")  # what changes over the runs has mean 0

@@ -28,6 +28,7 @@ from slipstick.naming.mechanics import (
     with_walk,
 )
 from slipstick.naming.scene import OF_PLATES, WITHIN, Scene
+from slipstick.numerics import piecewise
 
 _SIGNALS = ("output speed", "time", "run order", "input speed", "pressure", "output position", "motor speed")
 _OF_BRAKE = ("output speed", "time", "run order", "output position")
@@ -203,7 +204,7 @@ class LoadBlock:
             # Not centred: no parameter is a torque that all engagements have in common. That of the brake is.
             between = scene.between(on, is_share, self.finer.get(pair, 0))
             return np.asarray(-np.ones((len(scene), 1, len(scene.time))) * between[:, :, None] * size)
-        return np.asarray(-bases.hats(scene.abscissa(on), self.knots(pair)) * size)
+        return np.asarray(-piecewise.hats(scene.abscissa(on), self.knots(pair)) * size)
 
     def knots(self, pair: Pair) -> np.ndarray:
         """Where the coefficients of a law of a torque are its values: (m,) in the unit of what it depends on."""

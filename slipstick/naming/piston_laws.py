@@ -12,6 +12,7 @@ from slipstick.naming.scene import OF_PLATES, WITHIN, Pair, Scene
 from slipstick.naming.sensor_lags import lag_scale
 from slipstick.naming.touching import Contact
 from slipstick.naming.varying_lag import OVER
+from slipstick.numerics import piecewise
 
 PAIRS: tuple[Pair, ...] = (
     *(("friction coefficient", on)
@@ -111,29 +112,29 @@ def law_of(pair: Pair, given: Loading) -> PistonLaw:
     if quantity == "friction lag":
         x = _abscissa(on, given)
         knots = _knots(on, x, given.counted & (given.in_contact.time > 0), count)
-        return PistonLaw.signal("lag", bases.hats(x, knots) * lag_scale(scene),
+        return PistonLaw.signal("lag", piecewise.hats(x, knots) * lag_scale(scene),
                                 over(pair, knots, lag_scale(scene) * values))
     if quantity == "film torque":
         knots = bases.evenly(scene.slip, given.counted & (given.in_contact.full == 0), count)
         # Without the first hat, which the film coefficient replaces.
-        return PistonLaw.signal("film", bases.hats(scene.slip, knots)[:, 1:],
+        return PistonLaw.signal("film", piecewise.hats(scene.slip, knots)[:, 1:],
                                 over(pair, knots, values[:, 1:], relative=True, up_to="constant"))
     stroke, rate = scene.value("contact_position"), scene.bench.scales.piston_rate
     if pair == ("chamber pressure", "input speed"):
         x = scene.smooth["input_speed"]
         knots = bases.evenly(x, given.counted, given.knots(pair))
-        hats = bases.hats(x, np.concatenate([[0.0], knots]))[:, 1:]
+        hats = piecewise.hats(x, np.concatenate([[0.0], knots]))[:, 1:]
         return PistonLaw.signal("chamber", hats * _CHAMBER, over(pair, knots, _CHAMBER * np.eye(len(knots))))
     if quantity == "chamber pressure":
         x = _abscissa(on, given)
         knots = _knots(on, x, given.counted & (given.in_contact.full > 0), count)
         # Without the first hat, which is the bias of the pressure.
-        return PistonLaw.signal("chamber", bases.hats(x, knots)[:, 1:] * _CHAMBER,
+        return PistonLaw.signal("chamber", piecewise.hats(x, knots)[:, 1:] * _CHAMBER,
                                 over(pair, knots, _CHAMBER * values[:, 1:], up_to="constant"))
     if on == "pressure" and quantity in ("clearance", "piston rate"):
         x = np.maximum(given.pressure, 0)
         knots = bases.from_zero(x, given.counted, count)
-        hats = bases.hats(x, knots)
+        hats = piecewise.hats(x, knots)
         if quantity == "clearance":
             # Without the first hat: a clearance at no pressure is an initial position.
             return PistonLaw.signal("clearance", hats[:, 1:] * stroke,
@@ -180,8 +181,8 @@ def _between(pair: Pair, given: Loading) -> PistonLaw:
         # A data sheet knows the film coefficient, and no more than the first runs can have it while the oil warms up.
         runs = scene.constant_in_run(on)
         knots = bases.between_knots(runs, bases.doubled(scene.settings.knots, finer))
-        between, values = bases.hats(runs, knots)[:, 1:], over(pair, knots, np.eye(len(knots))[:, 1:], True, "constant",
-                                                                    unit_of(on, scene))
+        between = piecewise.hats(runs, knots)[:, 1:]
+        values = over(pair, knots, np.eye(len(knots))[:, 1:], True, "constant", unit_of(on, scene))
     else:
         centred = quantity != "friction lag"
         between = scene.between(on, centred, finer)
@@ -195,11 +196,11 @@ def _friction(pair: Pair, given: Loading) -> PistonLaw:
     loaded = given.counted & (given.in_contact.full > 0)
     x = _abscissa(pair[1], given)
     knots = _knots(pair[1], x, loaded, given.knots(pair))
-    hats = bases.hats(x, knots)
+    hats = piecewise.hats(x, knots)
     # Without a constant, which times an engagement's own coefficient would explain the scatter of that.
     centre = np.einsum("nmk,nk->m", hats, loaded) / max(1, loaded.sum())
     points = bases.supported(knots, x, loaded)
-    values = over(pair, points, bases.hats(points, knots) - centre, relative=True, up_to="constant")
+    values = over(pair, points, piecewise.hats(points, knots) - centre, relative=True, up_to="constant")
     return PistonLaw.signal("friction", hats - centre[:, None], values)
 
 

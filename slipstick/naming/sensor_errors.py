@@ -4,9 +4,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from slipstick.naming.bases import doubled, from_zero, gain_basis, gain_points, hats, slope
+from slipstick.naming.bases import doubled, from_zero, gain_basis, gain_points
 from slipstick.naming.scene import TYPICAL, WITHIN, Pair, Scene
 from slipstick.naming.sensor_lags import change_read_late, late_columns, read_late
+from slipstick.numerics.piecewise import hats, slope
 
 _FAULTS = ("offset", "gain", "lag", "run order", "time")
 _FURTHER = (*WITHIN, "motor speed")

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.naming.bases import between, gain_points, hats, slope
+from slipstick.naming.bases import between, gain_points
 from slipstick.naming.lags import add_dead_times, dead_times, lag_points, lags_about, late_by, mixed, modulated
 from slipstick.naming.scene import Scene
+from slipstick.numerics.piecewise import hats, slope
 
 
 def lag_scale(scene: Scene) -> float:

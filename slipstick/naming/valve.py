@@ -21,6 +21,7 @@ from slipstick.naming.block import Laws, Pair, changed, fineness, is_changing_de
 from slipstick.naming.filters import valve_response, varying_response
 from slipstick.naming.law_map import LawMap, of_sensor, over, over_runs, single
 from slipstick.naming.scene import WITHIN, Scene
+from slipstick.numerics import piecewise
 
 _FINE = 2
 """Steps of the filter in a sample: a current that bends between samples is then followed to a quarter of the error."""
@@ -162,11 +163,11 @@ class ValveBlock:
             return np.asarray(column[:, None] * self._between(pair)[:, :, None])
         points = self._slowed(points, laws)[0]
         if quantity == "valve delay":
-            hats = bases.hats(self._abscissa(on), self._knots(pair))[:, 1:]
+            hats = piecewise.hats(self._abscissa(on), self._knots(pair))[:, 1:]
             return self._varying(points, laws, hats / self._factor(laws)[:, None])[1]
         gain = self._vectors(points)[:, self._places[2], None, None]
         if pair == ("valve current", "current"):
-            hats = bases.hats(self.current, self._currents(pair))
+            hats = piecewise.hats(self.current, self._currents(pair))
             # From the current at the command on, where the pressure is at rest. Without the outer hats, which
             # current bias and gain replace.
             return self._respond(points, gain * (hats - hats[:, :, :1])[:, 1:-1])
@@ -174,7 +175,7 @@ class ValveBlock:
             return self._respond(points, gain * self._remembered(self.finer.get(pair, 0)))
         size = {"line pressure": self._demand(points)[:, None], "valve current": gain}[quantity]
         # Without the first hat, which at the command only gain or bias could be told from.
-        return self._respond(points, size * bases.hats(self._abscissa(on), self._knots(pair))[:, 1:])
+        return self._respond(points, size * piecewise.hats(self._abscissa(on), self._knots(pair))[:, 1:])
 
     def _factor(self, laws: Laws) -> np.ndarray:
         """Factor (n, 2 k - 1) of the delay by `laws` within an engagement."""
@@ -230,7 +231,7 @@ class ValveBlock:
             return single(np.pad(widths, (0, self._remembered(finer).shape[1] - len(widths))), "A")
         if pair == ("valve current", "current"):
             knots = self._currents(pair)
-            first = bases.hats(self.current[:, 0], knots).mean(axis=0)
+            first = piecewise.hats(self.current[:, 0], knots).mean(axis=0)
             return over(pair, knots, (np.eye(len(knots)) - first)[:, 1:-1], up_to="line")
         knots = self._knots(pair)
         return over(pair, knots, np.eye(len(knots))[:, 1:], quantity != "valve current", up_to="constant")

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from slipstick.engine.bases import hats
 from slipstick.engine.measured_law import measure
 from slipstick.engine.noise import Noise, draw_noise
 from slipstick.engine.preparation import prepare
@@ -11,6 +10,7 @@ from slipstick.engine.recordings import Recorded
 from slipstick.engine.selection import Identification, identify, settle
 from slipstick.engine.settings import EngineSettings
 from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Runs, Sensor
+from slipstick.numerics.piecewise import hats
 
 RUNS, STEP, READ = 30, 0.01, 1e-4
 TIME = STEP * np.arange(200)

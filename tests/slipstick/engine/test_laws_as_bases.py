@@ -18,7 +18,6 @@ from slipstick.engine.bases import (
     curve,
     flat_forms,
     form_root,
-    hats,
     lag,
     lags,
     late,
@@ -29,6 +28,7 @@ from slipstick.engine.bases import (
     smooth_root,
 )
 from slipstick.engine.equations import EDGE, OwnLaw
+from slipstick.numerics.piecewise import hats
 
 KNOTS = [np.array([-1.0, 0.0, 0.5, 3.0]), np.array([2.0, 2.5]), np.linspace(-3, 3, 30),
          np.array([-2.0, -1e-9, 1e-9, 2.0])]
@@ -87,13 +87,13 @@ def test_a_lag_begins_at_rest_and_is_that_of_scipy_with_lines_between_samples(ti
 def test_the_past_of_a_signal_is_what_plays_and_lags_take_from_it(fine: int) -> None:
     signal = wander()
     variable = past("force", "N", signal, fine)
-    basis = variable.basis(None, 300)
+    basis = variable.basis()
     assert variable.families[:2] == (len(WIDTHS), len(TIMES))
     assert basis.shape == (3, sum(variable.families), 300)
     excess = signal - lag(signal, fine * RELAXATIONS[1])
     bend = len(WIDTHS) + len(TIMES) + len(PLACES) + 3  # the fourth place of the second time
     np.testing.assert_allclose(basis[:, bend], np.maximum(excess - PLACES[3] * np.ptp(signal), 0), atol=1e-12)
-    still = past("force", "N", np.full((2, 50), 3.0), fine).basis(None, 50)
+    still = past("force", "N", np.full((2, 50), 3.0), fine).basis()
     np.testing.assert_allclose(still, 0, atol=1e-12)  # what does not change has no past
     for place, width in enumerate(WIDTHS):
         exact = [np.subtract(played(row, width * np.ptp(signal)), row) for row in signal]
@@ -107,8 +107,8 @@ def test_lags_are_those_of_a_signal_or_of_what_a_part_gives() -> None:
     signal = wander()
     given, own = lags("force", signal, 2, 3.0), lags("force", None, 2, 3.0)
     assert given.families[:2] == (len(DELAYS), len(TIMES))
-    basis = given.basis(None, 300)
-    np.testing.assert_array_equal(basis, own.basis(signal, 300))
+    basis = given.basis()
+    np.testing.assert_array_equal(basis, own.basis(signal))
     np.testing.assert_allclose(basis[:, len(DELAYS) + 3], lag(signal, 2 * TIMES[3]) - signal, atol=1e-12)
     late_by_4 = np.pad(signal, ((0, 0), (4, 0)), mode="edge")[:, :300]
     np.testing.assert_allclose(late(signal, 2 * DELAYS[2], 1), basis[:, 2] + signal, atol=1e-12)
@@ -122,7 +122,7 @@ def test_a_law_changes_with_its_own_signal_as_its_differences_do(kind: str) -> N
     random = np.random.default_rng(9)
     c, change = random.standard_normal(len(variable.knots)), random.standard_normal((len(signal), 11, 300))
     exact = variable.differentiate(c, signal, change)
-    ahead, behind = (np.stack([variable.weigh(c, 300, signal + by * change[:, place]) for place in range(11)], axis=1)
+    ahead, behind = (np.stack([variable.weigh(c, signal + by * change[:, place]) for place in range(11)], axis=1)
                      for by in (1e-7, -1e-7))
     off = np.abs(exact - (ahead - behind) / 2e-7) / np.abs(exact).max()
     assert np.quantile(off, 0.99) < 1e-5  # but where a law bends between both
@@ -135,7 +135,7 @@ def test_a_law_is_its_weighted_basis(kind: str) -> None:
     variable = {"lags": lags("force", signal, 2, 3.0), "past": past("force", "N", signal, 2),
                 "curve": curve("force", "N", signal), "between": curve("day", "", np.arange(3.0))}[kind]
     c = np.random.default_rng(8).standard_normal(len(variable.knots))
-    np.testing.assert_allclose(variable.weigh(c, 300), np.einsum("m,nmk->nk", c, variable.basis(None, 300)), atol=1e-9)
+    np.testing.assert_allclose(variable.weigh(c), np.einsum("m,nmk->nk", c, variable.basis()), atol=1e-9)
 
 
 def bent_covariance(count: int) -> np.ndarray:
@@ -233,14 +233,14 @@ def test_curves_are_within_runs_or_between_them() -> None:
     within, between = curve("force", "N", signal), curve("load", "N", constant)
     assert (within.kind, between.kind) == ("curve", "between")
     assert within.families == (MOST,)
-    np.testing.assert_array_equal(within.basis(None, 300), hats(signal, place_knots(signal)))
-    np.testing.assert_array_equal(between.basis(None, 300)[:, :, 0], [[1, 0], [0, 1], [1, 0], [0, 1]])
+    np.testing.assert_array_equal(within.basis(), hats(signal, place_knots(signal)))
+    np.testing.assert_array_equal(between.basis()[:, :, 0], [[1, 0], [0, 1], [1, 0], [0, 1]])
 
 
 def test_an_own_variable_has_the_values_of_the_system() -> None:
     variable = own_variable("speed", "m/s", wander(), jumps=False)
     np.testing.assert_array_equal(variable.knots, place_knots(wander()))
-    np.testing.assert_array_equal(variable.basis(wander(2, 50), 50), hats(wander(2, 50), variable.knots))
+    np.testing.assert_array_equal(variable.basis(wander(2, 50)), hats(wander(2, 50), variable.knots))
 
 
 def jumping() -> Variable:
@@ -254,7 +254,7 @@ def test_a_law_over_a_switching_state_may_jump_at_0() -> None:
     assert np.all(np.diff(variable.knots) > 0)
     coefficients = np.where(variable.knots < 0, variable.knots - 1, variable.knots + 2)
     x = np.array([[-1.5, -1e-13, 0.0, 1e-13, 2.5]])
-    law = np.einsum("m,nmk->nk", coefficients, variable.basis(x, 5))
+    law = np.einsum("m,nmk->nk", coefficients, variable.basis(x))
     np.testing.assert_allclose(law, [[-2.5, -1, 0.5, 2, 4.5]], atol=1e-7)
     inside = OwnLaw("quantity", "pull", "speed", variable.knots, coefficients, 0).at(x, np.sign(x))
     np.testing.assert_allclose(inside, law, atol=1e-12)  # as in the equations

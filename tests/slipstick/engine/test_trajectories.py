@@ -9,10 +9,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from slipstick.engine import trajectory as trajectories
-from slipstick.engine.bases import hats
 from slipstick.engine.equations import EDGE, OwnLaw, Problem
 from slipstick.engine.trajectory import Trajectory, solve
 from slipstick.machine.system import System
+from slipstick.numerics.piecewise import hats
 
 FREE = (-np.inf, -np.inf)
 EXACT = {"rtol": 1e-10, "atol": 1e-12}

@@ -12,12 +12,12 @@ from slipstick.naming.bases import (
     evenly,
     from_zero,
     gain_basis,
-    hats,
     late,
     later,
     supported,
 )
 from slipstick.naming.filters import first_order, play, smoothed_walk, valve_response, varying_response
+from slipstick.numerics.piecewise import hats
 
 
 def test_hats_add_up_to_one_and_interpolate() -> None:
