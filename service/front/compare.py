@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from html import escape
 from typing import Any
 
@@ -113,22 +114,19 @@ def _physical(side: Side, name: str, value: str) -> str:
 
 def _study_rows(sides: tuple[Side, Side]) -> dict[str, list[Row]]:
     titles = dict.fromkeys(finding["title"] for side in sides for finding in side.result["findings"])
-    findings = {title: [_finding(side, title) for side in sides] for title in titles}
-    parameters = {name: [_parameters(side).get(name, _NOTHING) for side in sides]
-                  for side in sides for name in _parameters(side)}
-    blocks = {name: [_blocks(side).get(name, _NOTHING) for side in sides] for side in sides for name in _blocks(side)}
-    gaps = {name: [_gaps(side).get(name, _NOTHING) for side in sides] for side in sides for name in _gaps(side)}
-    return {"Findings": _rows(findings), "Error on held-out conditions, without and with the findings": _rows(gaps),
-            "Chi-square of the blocks with the findings": _rows(blocks),
-            "Parameters with the findings": _rows(parameters)}
+    findings = [_row(title, sides, partial(_finding, title=title)) for title in titles]
+    return {"Findings": findings, "Error on held-out conditions, without and with the findings": _rows(sides, _gaps),
+            "Chi-square of the blocks with the findings": _rows(sides, _blocks),
+            "Parameters with the findings": _rows(sides, _parameters)}
 
 
 def _calibration_rows(sides: tuple[Side, Side]) -> dict[str, list[Row]]:
-    parameters = {name: [_parameters(side).get(name, _NOTHING) for side in sides]
-                  for side in sides for name in _parameters(side)}
-    remaining = [side.result.get("reduced_chi_square") or side.result["chi_square"] for side in sides]
-    misfits = {in_words(name): [_number(each.get(name)) for each in remaining] for each in remaining for name in each}
-    return {"Parameters": _rows(parameters), "Chi-square": _rows(misfits)}
+    return {"Parameters": _rows(sides, _parameters), "Chi-square": _rows(sides, _misfits)}
+
+
+def _misfits(side: Side) -> dict[str, str]:
+    remaining = side.result.get("reduced_chi_square") or side.result["chi_square"]
+    return {in_words(name): _number(value) for name, value in remaining.items()}
 
 
 def _finding(side: Side, title: str) -> str:
@@ -210,8 +208,10 @@ def _row(name: str, sides: tuple[Side, Side], value: Callable[[Side], str]) -> R
     return name, value(sides[0]), value(sides[1])
 
 
-def _rows(values: Mapping[str, Sequence[str]]) -> list[Row]:
-    return [(name, first, second) for name, (first, second) in values.items()]
+def _rows(sides: tuple[Side, Side], read: Callable[[Side], Mapping[str, str]]) -> list[Row]:
+    """A row for each name of what is read of both sides."""
+    first, second = (read(side) for side in sides)
+    return [(name, first.get(name, _NOTHING), second.get(name, _NOTHING)) for name in {**first, **second}]
 
 
 def _table(heads: Sequence[str], rows: Iterable[Row]) -> str:

@@ -97,7 +97,10 @@ def machine_page(stored: StoredMachine, orders: Mapping[str, Form], library: Lib
         section("What a law may change", _quantities(declared)),
         section("Effects with a name", _effects(declared)),
         section("Outputs", _outputs(declared))]
-    files = [*_runs_of(stored.name, library), *_tables_of(stored.name, library)]
+    files = [*(file_entry("recordings", name, library) for name, subject in recorded_subjects(library)
+               if subject.machine == stored.name),
+             *(file_entry("tables", name, library) for name, subject in table_subjects(library)
+               if subject.machine == stored.name)]
     return page("Machine", stored.name, f"{about_machine(known)}.", f"/v1/machines/{quote(stored.name)}", [
         actions, *sections,
         section("Tables", _tables(known)),
@@ -282,13 +285,3 @@ def _unit(unit: str) -> str:
 
 def _titled(name: str, unit: str) -> str:
     return in_words(name) if unit in ("", "1") else f"{in_words(name)} [{_unit(unit)}]"
-
-
-def _runs_of(name: str, library: Library) -> list[Entry]:
-    return [file_entry("recordings", entry, library) for entry, subject in recorded_subjects(library)
-            if subject.machine == name]
-
-
-def _tables_of(name: str, library: Library) -> list[Entry]:
-    return [file_entry("tables", entry, library) for entry, subject in table_subjects(library)
-            if subject.machine == name]

@@ -75,15 +75,11 @@ def _form(shown_table: Table, condition: int, names: Sequence[str]) -> str:
     """Return the form that chooses condition and axes."""
     fields = [f'<label>Condition <input type="number" name="condition" min="0" max="{len(shown_table.conditions) - 1}" '
               f'value="{condition}" required></label>']
-    if len(shown_table.axes) > 2:
-        for label, field, chosen in zip(("Across", "Up"), ("x", "y"), names, strict=True):
-            options = "".join(f'<option value="{escape(axis.name)}"{" selected" * (axis.name == chosen)}>'
-                              f"{escape(in_words(axis.name))}</option>" for axis in shown_table.axes)
-            fields.append(f'<label>{label} <select name="{field}">{options}</select></label>')
-    elif len(shown_table.axes) == 2:
-        options = "".join(f'<option value="{escape(first)}"{" selected" * (first == names[0])}>'
-                          f"{escape(in_words(first))}</option>" for first in (axis.name for axis in shown_table.axes))
-        fields.append(f'<label>Across <select name="x">{options}</select></label>')
+    choices = (("Across", "x"), ("Up", "y"))[:len(shown_table.axes) - 1]  # of two axes, one follows from the other
+    for (label, field), chosen in zip(choices, names, strict=False):
+        options = "".join(f'<option value="{escape(axis.name)}"{" selected" * (axis.name == chosen)}>'
+                          f"{escape(in_words(axis.name))}</option>" for axis in shown_table.axes)
+        fields.append(f'<label>{label} <select name="{field}">{options}</select></label>')
     return f'<form class="flip" action="#map" method="get">{" ".join(fields)}\n<button>Show</button></form>'
 
 

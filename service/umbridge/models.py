@@ -164,8 +164,7 @@ def require_known(library: Library, name: str) -> None:
 
 def open_model(library: Library, settings: Settings, client: Client | None, name: str,
                config: dict[str, object]) -> BridgeModel:
-    """Open a model with its options; raises `UnknownName`, `InvalidValue`, and what the files raise."""
-    require_known(library, name)
+    """Open a known model with its options; raises `InvalidValue`, and what the files raise."""
     table_name, slash, recordings_name = name.partition("/")
     table = library.table(table_name)
     if not slash:

@@ -74,7 +74,7 @@ class InputBlock:
         for pair, coefficients in laws:
             if _is_lag(pair):
                 torque = torque - self._lagging(pair, self._about.driven, coefficients)
-            elif not (_is_reading(pair) or _is_factor(pair)):
+            elif pair[0] != SENSOR and not _is_factor(pair):
                 torque = torque - coefficients @ self._given_by(pair)
         speed = self._shaft.turned(points, torque - self._shaft.kick(points), factor)
         speed = speed + sensor_errors.error(self.scene, reference, laws, SENSOR, self.finer)
@@ -157,7 +157,7 @@ class InputBlock:
 
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in rad/s with the coefficients of a law."""
-        if _is_reading(pair):
+        if pair[0] == SENSOR:
             return self._reading(pair, self._speed)
         torque = self._torque(pair, laws) / (self._steep[:, None] if pair == TORQUE_GAIN else 1.0)
         change = self._shaft.responded(torque, self._about)
@@ -238,10 +238,6 @@ class InputBlock:
         """Where the coefficients of a law over a signal are its values: (m,) in the unit of the signal."""
         x, spaced = self.scene.abscissa(pair[1]), bases.from_zero if pair[1] in _FROM_ZERO else bases.evenly
         return spaced(x, np.ones(x.shape, bool), fineness(self, pair))
-
-
-def _is_reading(pair: Pair) -> bool:
-    return pair[0] == SENSOR
 
 
 def _is_lag(pair: Pair) -> bool:

@@ -85,7 +85,7 @@ class LoadBlock:
         self._speed = reference = self._driven(points, self._net(points, laws, self._read))
         self._steep = steepness(self.scene, self._read, laws, self.finer)
         for pair, coefficients in laws:
-            if not _is_reading(pair):
+            if pair[0] != SENSOR:
                 torque = torque + coefficients @ self._torque(pair)
         speed = self._driven(points, torque)
         self._moving = speed[:, 1:] > 0
@@ -165,7 +165,7 @@ class LoadBlock:
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in rad/s with the coefficients of a law: torques against the load, or shares of the brake.
         """
-        if _is_reading(pair):
+        if pair[0] == SENSOR:
             return self._reading(pair, self._speed)
         torque = self._torque(pair) / (self._steep[:, None] if pair == TORQUE_GAIN else 1.0)
         return sensor_errors.as_read(self.scene, self._respond(points, torque), self._speed, laws, SENSOR, self.finer)
@@ -241,7 +241,3 @@ def _begins(moving: np.ndarray) -> np.ndarray:
         ends = np.concatenate([[-1], rests, [len(row)]])
         begins[i] = ends[np.argmax(np.diff(ends))] + 1
     return begins
-
-
-def _is_reading(pair: Pair) -> bool:
-    return pair[0] == SENSOR
