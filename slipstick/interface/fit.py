@@ -99,7 +99,7 @@ class Fit(Result):
     @property
     def unknowns(self) -> tuple[Unknown, ...]:
         """Estimates with their intervals; without intervals if the fit did not compute them."""
-        return tuple(Unknown(entry["unknown"], self._output_unit if entry["unknown"] == "output std" else "1",
+        return tuple(Unknown(entry["unknown"], self._output.unit if entry["unknown"] == "output std" else "1",
                              entry["estimate"], entry["lower"], entry["upper"])
                      for entry in self._result["intervals"])
 
@@ -110,7 +110,7 @@ class Fit(Result):
 
     def summary(self) -> list[str]:
         """What was fitted to what, the inputs in their units, the gain, and what the recordings limit."""
-        result, output = self._result, Output.of(self.output.get("figure_data", {}))
+        result, output = self._result, self._output
         return [f"{words.headline(result, self.request['recordings'], output)}: {words.fitted(self.physical)}.",
                 words.improvement(result, output),
                 *(f"{lead} {text}" for lead, text in [*words.warnings(result), *words.identified(result)])]
@@ -151,8 +151,8 @@ class Fit(Result):
         return result
 
     @property
-    def _output_unit(self) -> str:
-        return Output.of(self.output.get("figure_data", {})).unit
+    def _output(self) -> Output:
+        return Output.of(self.output.get("figure_data", {}))
 
 
 _OUTPUT = ("result", "physical", "figure_data", "seconds", "processor_seconds")

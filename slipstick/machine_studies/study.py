@@ -1,6 +1,6 @@
 """A study by the engine as the values that reports, pictures and the service read."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import replace
@@ -43,6 +43,7 @@ from slipstick.machine_studies.result import (
 )
 from slipstick.machine_studies.words import answer, name_finding
 from slipstick.studies.export import tabulate_finding
+from slipstick.studies.figures import rounded
 from slipstick.studies.finding import Coefficient, Law
 from slipstick.studies.progress import Log, Steps
 from slipstick.time_budget import Partial
@@ -190,9 +191,9 @@ def _state_coefficients(law: EngineLaw, kind: KindOfLaw) -> list[Coefficient]:
 
 def _state_law(law: EngineLaw, kind: KindOfLaw | None) -> Law:
     table = tabulate(law, kind)
-    return Law(_round(law.x), table.x_unit, _round(law.change), _round(table.lower or ()), _round(table.upper or ()),
-               table.unit or "1", table.relative, table.known_up_to, False,
-               None if table.formula is None else _round(table.formula))
+    return Law(rounded(law.x), table.x_unit, rounded(law.change), rounded(table.lower or ()),
+               rounded(table.upper or ()), table.unit or "1", table.relative, table.known_up_to, False,
+               None if table.formula is None else rounded(table.formula))
 
 
 def law_table(finding: MachineFinding) -> LawTable:
@@ -215,7 +216,7 @@ def _list_seen(runs: Runs) -> dict[str, list[float]]:
     values = {name: np.append(profile.at(runs.time), profile.value[  # corners are between the samples
         (profile.time >= runs.time[0]) & (profile.time <= runs.time[-1])]) for name, profile in runs.commands.items()}
     values |= dict(runs.conditions)
-    return {name: _round([np.min(value), np.max(value)]) for name, value in values.items()}
+    return {name: rounded([np.min(value), np.max(value)]) for name, value in values.items()}
 
 
 def _state_gap(confirmation: Confirmation) -> MachineGap:
@@ -233,12 +234,8 @@ def _show_runs(models: dict[str, Fit]) -> list[ShownRun]:
     every = slice(None, None, max(1, len(time) // _POINTS))
 
     def curves(fit: Fit, row: int, measured: bool) -> dict[str, list[float]]:
-        return {signal: _round((model.part.measured if measured else model.predicted)[row, place, every])
+        return {signal: rounded((model.part.measured if measured else model.predicted)[row, place, every])
                 for model in fit.models.values() for place, signal in enumerate(model.part.signals)}
 
-    return [ShownRun(int(before.recorded.rows[row]), _round(time[every]), curves(before, row, True),
+    return [ShownRun(int(before.recorded.rows[row]), rounded(time[every]), curves(before, row, True),
                      {who: curves(fit, row, False) for who, fit in models.items()}) for row in worst.tolist()]
-
-
-def _round(values: Sequence[float] | np.ndarray) -> list[float]:
-    return [float(f"{value:.6g}") for value in np.nan_to_num(values)]

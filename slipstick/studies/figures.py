@@ -1,5 +1,6 @@
 """What the pictures of a study show beyond its result, as typed values."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -61,20 +62,20 @@ def figures(before: SimulationFit, after: SimulationFit | None, predictions: dic
             aside: Conditions) -> Figures:
     """All of it, from the fits and their held-out predictions, and the conditions of what was set `aside`."""
     scene = before.block.scene
-    predicted = {who: Times(_to_list(prediction.time), _to_list(np.sqrt(prediction.variance[:, -1])))
+    predicted = {who: Times(rounded(prediction.time), rounded(np.sqrt(prediction.variance[:, -1])))
                  for who, prediction in predictions.items()}
     models = {"before": before} | ({} if after is None else {"after": after})
-    return Figures(_columns(scene.recordings.conditions), _to_list(scene.recordings.measured_time), predicted,
+    return Figures(_columns(scene.recordings.conditions), rounded(scene.recordings.measured_time), predicted,
                    _engagements(models), _columns(aside))
 
 
 def figures_without_fits(recordings: Recordings, aside: Conditions) -> Figures:
     """What there is without the simulation: conditions and shifting times of the `recordings` that count."""
-    return Figures(_columns(recordings.conditions), _to_list(recordings.measured_time), {}, [], _columns(aside))
+    return Figures(_columns(recordings.conditions), rounded(recordings.measured_time), {}, [], _columns(aside))
 
 
 def _columns(conditions: Conditions) -> dict[str, list[float] | None]:
-    return {name: None if (column := getattr(conditions, name)) is None else _to_list(column) for name in _CONDITIONS}
+    return {name: None if (column := getattr(conditions, name)) is None else rounded(column) for name in _CONDITIONS}
 
 
 def _engagements(models: dict[str, SimulationFit]) -> list[Engagement]:
@@ -89,13 +90,14 @@ def _engagements(models: dict[str, SimulationFit]) -> list[Engagement]:
     simulated = {who: fit.block.respond(fit.fitted.points, fit.fitted.shared) for who, fit in models.items()}
 
     def curves(source: object, place: int) -> dict[str, list[float]]:
-        return {name: _to_list(block_means(np.asarray(getattr(source, name))[place], _WIDTH))
+        return {name: rounded(block_means(np.asarray(getattr(source, name))[place], _WIDTH))
                 for name in block.traces.signals}
 
     return [Engagement(int(place), scene.gear, float(scene.recordings.measured_time[place]),
-                       _to_list(block_means(scene.time, _WIDTH)), curves(scene.signals, place),
+                       rounded(block_means(scene.time, _WIDTH)), curves(scene.signals, place),
                        {who: curves(response, place) for who, response in simulated.items()}) for place in worst]
 
 
-def _to_list(values: np.ndarray) -> list[float]:
+def rounded(values: Sequence[float] | np.ndarray) -> list[float]:
+    """Return values with as many digits as a picture needs, and 0 for undefined ones."""
     return [float(f"{value:.6g}") for value in np.nan_to_num(values)]
