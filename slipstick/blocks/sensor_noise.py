@@ -8,27 +8,22 @@ suddenly in a few samples, which are left out.
 """
 
 import numpy as np
-import scipy
 
 from slipstick.blocks.whitening import BlockNoise
-from slipstick.engine.noise import filter_variance, robust_std, second_taps, second_variance
+from slipstick.engine.noise import HIGHEST as HIGHEST
+from slipstick.engine.noise import (
+    LAGS,
+    Differences,
+    SecondDifferences,
+    estimate_residual_noise,
+    filter_variance,
+    second_variance,
+)
+from slipstick.engine.noise import Noise as SensorNoise
 from slipstick.errors import InvalidValue
 
 Noise = tuple[float, float]
 """Standard deviation in the unit of the signal, and autocorrelation from sample to sample."""
-
-_LAGS = (1, 2, 4, 8)
-"""Samples between those of a second difference. Correlations from 0.5 to 0.95 show in these; over more samples a
-torque that is built up is no longer slow."""
-_BEGIN = 0.9
-"""Largest magnitude of an autocorrelation to begin a fit with. Beyond it second differences hardly depend on the
-correlation: fits that began at 0.999 ended there, with a power at low frequencies that was 50,000 times too high."""
-HIGHEST = 0.999
-"""Largest magnitude of an autocorrelation: a random walk has 1, whose variance is infinite."""
-_LEAST = 0.1
-"""Least standard deviation, over the least that could by itself give the second differences of neighbouring samples.
-Where the integrated noise of the input exceeds all that is left of a speed, its sensor would have no noise at all."""
-_THIRD, _LAGGED = np.array([1.0, -3.0, 3.0, -1.0]), np.array([1.0, -2.0, 0.0, 2.0, -1.0])
 
 
 def sensor_noise(name: str, values: np.ndarray) -> Noise:
@@ -37,19 +32,12 @@ def sensor_noise(name: str, values: np.ndarray) -> Noise:
     From the third differences and the sums of two successive ones: a smooth signal does not reach either, and jumps are
     rare. `name` is that of the signal in the error message: raises `InvalidValue` if there is no noise.
     """
-    third, lagged = (robust_std(np.apply_along_axis(np.convolve, 1, values, taps, "valid"))
-                     for taps in (_THIRD, _LAGGED))
-    if not third > 0:
+    shown = Differences.of(values)
+    if not shown.third > 0:
         raise InvalidValue(f"The signal {name} shows no noise, so its residuals cannot be weighted",
                            "Record it with a finer resolution, or add the noise of its sensor")
-
-    def excess(rho: float) -> float:
-        return filter_variance(_LAGGED, rho) * third**2 - filter_variance(_THIRD, rho) * lagged**2
-
-    low, high = excess(-HIGHEST), excess(HIGHEST)
-    rho = scipy.optimize.brentq(excess, -HIGHEST, HIGHEST) if low < 0 < high else (
-        HIGHEST if high <= 0 else -HIGHEST)
-    return third / np.sqrt(filter_variance(_THIRD, rho)), float(rho)
+    noise = shown.noise(shown.correlation)
+    return noise.std, noise.correlation
 
 
 def noise_of(left: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> Noise:
@@ -58,24 +46,13 @@ def noise_of(left: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> Noise:
     The variances of second differences are those of the sensor's autoregressive noise and of the integrated noise of
     the input, which is known from the assumed `noise`. Where too few samples count the output keeps the assumed noise.
     """
-    observed = np.array([second_variance(left, counted, lag) for lag in _LAGS])
+    observed = np.array([[second_variance(left, counted, lag) for lag in LAGS]])
     if not np.all(observed > 0):
         return noise.std, noise.correlation
-    walk = np.array([_walk_variance(noise, counted, lag) for lag in _LAGS])
-
-    def log_ratios(values: np.ndarray) -> np.ndarray:
-        rho = float(np.tanh(values[1]))
-        own = np.exp(2 * values[0]) * np.array([filter_variance(second_taps(lag), rho) for lag in _LAGS])
-        return np.asarray(np.log((own + walk) / observed))
-
-    most = float(np.arctanh(HIGHEST))
-    least = float(np.log(_LEAST * np.sqrt(observed[0] / filter_variance(second_taps(1), -1.0))))
-    bounds = (least, -most), (np.inf, most)
-    correlation = float(np.clip(noise.correlation, -_BEGIN, _BEGIN))
-    begun = np.clip([0.5 * np.log(observed[0] / filter_variance(second_taps(1), correlation)), np.arctanh(correlation)],
-                    *bounds)
-    estimate = scipy.optimize.least_squares(log_ratios, begun, bounds=bounds).x
-    return float(np.exp(estimate[0])), float(np.tanh(estimate[1]))
+    walk = np.array([[_walk_variance(noise, counted, lag) for lag in LAGS]])
+    [estimate], _ = estimate_residual_noise(SecondDifferences(LAGS, observed, walk, np.eye(len(LAGS))[None]),
+                                         [SensorNoise(noise.std, noise.correlation)])
+    return estimate.std, estimate.correlation
 
 
 def power(noise: Noise) -> float:

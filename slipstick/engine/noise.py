@@ -15,7 +15,8 @@ import scipy
 from slipstick.errors import InvalidValue
 
 LAGS = (1, 2, 4, 8)
-"""Samples between those of a second difference."""
+"""Samples between those of a second difference. Correlations from 0.5 to 0.95 show in these; over more samples a torque
+that is built up is no longer slow."""
 LONGER = (*LAGS, 16)
 """The same where the noise of an input is unknown that equations integrate: its power is then known to 10 % and not to
 40 %. Over 32 samples it was doubled by a strong effect that was missing."""
@@ -25,7 +26,8 @@ all: a random walk has 1."""
 CORRELATIONS = np.tanh(np.linspace(-0.5, 2.5, 7))
 """Autocorrelations for which the noise of an input is drawn: between these, what it adds changes by less than half."""
 _LEAST = 0.1
-"""Least standard deviation, over the least that could by itself give the second differences of neighbouring samples."""
+"""Least standard deviation, over the least that could by itself give the second differences of neighbouring samples.
+Where the integrated noise of an input exceeds all that is left of a signal, its sensor would have no noise at all."""
 _KEPT = 0.8
 """Share of the smallest values in a standard deviation that jumps do not reach. The median absolute value would be a
 multiple of the resolution of the sensor."""
@@ -79,7 +81,15 @@ class Differences:
     def excess(self, correlation: float) -> float:
         """Return by how much the sums that belong to a correlation exceed those of the signal, as a logarithm."""
         ratio = filter_variance(_LAGGED, correlation) / filter_variance(_THIRD, correlation)
-        return float(np.log(ratio * self.third**2 / self.lagged**2))
+        return float(np.log(ratio * self.third**2 / max(self.lagged**2, _NONE)))
+
+    @property
+    def correlation(self) -> float:
+        """The correlation of a noise that has both, or the furthest one where none has."""
+        low, high = self.excess(-HIGHEST), self.excess(HIGHEST)
+        if low < 0 < high:
+            return float(scipy.optimize.brentq(self.excess, -HIGHEST, HIGHEST))
+        return HIGHEST if high <= 0 else -HIGHEST
 
 
 def estimate_sensor_noise(name: str, values: np.ndarray) -> Noise:
@@ -91,10 +101,7 @@ def estimate_sensor_noise(name: str, values: np.ndarray) -> Noise:
     if not shown.third > _ROUNDED * np.spacing(np.abs(values).max()):
         raise InvalidValue(f"The signal {name} shows no noise, so its residuals cannot be weighted",
                            "Record it with a finer resolution, or add the noise of its sensor")
-    low, high = shown.excess(-HIGHEST), shown.excess(HIGHEST)
-    rho = scipy.optimize.brentq(shown.excess, -HIGHEST, HIGHEST) if low < 0 < high else (
-        HIGHEST if high <= 0 else -HIGHEST)
-    return shown.noise(float(np.clip(rho, -_BEGIN, _BEGIN)))
+    return shown.noise(float(np.clip(shown.correlation, -_BEGIN, _BEGIN)))
 
 
 def bound_noise(noise: Noise, values: np.ndarray) -> Noise:

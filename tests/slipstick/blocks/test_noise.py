@@ -80,7 +80,7 @@ def test_the_blocks_of_an_engagement_start_with_the_noise_that_they_leave() -> N
 def test_the_noise_does_not_depend_on_that_which_was_assumed(monkeypatch: pytest.MonkeyPatch,
                                                              begun: tuple[float, float]) -> None:
     # What 27 engagements of a drawn bench left: their noise had a correlation of 0.77.
-    observed = dict(zip(sensor_noise._LAGS, (6.9388, 12.9666, 22.0196, 37.9074), strict=True))
+    observed = dict(zip(sensor_noise.LAGS, (6.9388, 12.9666, 22.0196, 37.9074), strict=True))
     monkeypatch.setattr(sensor_noise, "second_variance", lambda left, counted, lag: observed[lag])
     assert noise_of(np.zeros(SHAPE), EVERY, BlockNoise(*begun)) == pytest.approx((2.84, 0.81), rel=0.01)
 
