@@ -33,11 +33,6 @@ class Candidate:
         return len(self.variable.knots)
 
     @property
-    def families(self) -> tuple[int, ...]:
-        """Numbers of coefficients that have a smooth prior of their own."""
-        return self.variable.families
-
-    @property
     def variable(self) -> Variable:
         """The variable of the first part."""
         return next(iter(self.variables.values()))

@@ -67,7 +67,7 @@ class PartFit:
 
     def move(self, state: State) -> "PartFit":
         """Return the model at another state, with the same columns and the same response to noise."""
-        held = [*self.held, *(None for _ in self._slices()[len(self.held):])]
+        held = [*self.held, *(None for _ in _list_slices(self.part)[len(self.held):])]
         chunks = self._spread(_move, lambda rows, number: (
             self.built.take(rows), state.take(rows), held[number], self.is_fixed))
         return replace(_gather(replace(self, state=state), chunks), held=self.held)
@@ -89,7 +89,7 @@ class PartFit:
 
     def find_carried(self) -> list[tuple[slice, CarriedNoise | None]]:
         """Return how the noise of inputs and disturbances reaches the signals, by slices of runs."""
-        return list(zip(self._slices(), self._predict(PartModel.find_carried), strict=True))
+        return list(zip(_list_slices(self.part), self._predict(PartModel.find_carried), strict=True))
 
     def multiply(self, candidates: Sequence[Candidate]) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return products of the columns of laws with all rows (n, m, r + 1), and with each other (n, m, m).
@@ -104,9 +104,6 @@ class PartFit:
     def _predict(self, read: Callable[[PartModel], Value]) -> list[Value]:
         """Return what is read of a model of each chunk without columns."""
         return self._spread(_predict, lambda rows, _: (self.state.take(rows), self.noisy[rows], read))
-
-    def _slices(self) -> list[slice]:
-        return _list_slices(self.part)
 
     def _spread(self, function: Callable[..., Value], give: Callable[[slice, int], tuple[Any, ...]]) -> list[Value]:
         return _spread(self.recorded, self.part, self.laws, function, give)

@@ -43,7 +43,7 @@ class Prior:
             return self.amplitude * self.form
         if self.length:
             return self.amplitude * smooth_root(law.count, self.length)
-        return self.amplitude * form_root(law.families, self.walk, self.known_up_to)
+        return self.amplitude * form_root(law.variable.families, self.walk, self.known_up_to)
 
 
 def adapt_priors(products: Products, laws: Mapping[Pair, Candidate], priors: Mapping[Pair, Prior],
@@ -67,7 +67,7 @@ def count_replaced(gram: Gram, law: Candidate, places: np.ndarray) -> int:
     A form is replaced where these, with their priors, leave less than `_INDEPENDENT` of its information. Beside a law
     A, a parameter is multiplied by 1 + A, so that the constant of another law would replace A.
     """
-    if len(places) > sum(law.families[:1]):
+    if len(places) > sum(law.variable.families[:1]):
         return 0
     total, others = gram.products.sum(axis=0), np.setdiff1d(np.arange(len(gram.precision)), places)
     inner = total[np.ix_(others, others)] + np.diag(gram.precision[others])
@@ -92,7 +92,7 @@ def choose_prior(gram: Gram, law: Candidate, places: np.ndarray, variance: np.nd
     information = marginal[np.ix_(places, places)] - marginal[np.ix_(places, others)] @ solved[:, 1:]
     best = 0.0, Prior(float(AMPLITUDES[0]), known_up_to=known_up_to)
     for walk in WALKS if len(places) > 2 else WALKS[:1]:
-        root = form_root(law.families, walk, known_up_to)
+        root = form_root(law.variable.families, walk, known_up_to)
         if not root.shape[1]:
             continue
         values, axes = np.linalg.eigh(root.T @ information @ root)

@@ -91,7 +91,7 @@ def draw_form(law: Candidate) -> np.ndarray:
     if is_own(law):
         return line(law)
     if law.variable.kind == "lags":  # without what bends
-        return np.where(np.arange(law.count) < sum(law.families[:2]), wave, 0.0)
+        return np.where(np.arange(law.count) < sum(law.variable.families[:2]), wave, 0.0)
     return wave
 
 

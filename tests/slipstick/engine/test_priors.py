@@ -13,7 +13,7 @@ from slipstick.engine.priors import choose_prior
 def test_directions_in_which_rounding_alone_is_left_give_a_law_no_amplitude() -> None:
     """Information on the line is 0, and less than that by the rounding of a much larger one on the constant."""
     constant, line = (flat_forms(2) / np.sqrt(2)).T
-    law: Any = SimpleNamespace(families=(2,))
+    law: Any = SimpleNamespace(variable=SimpleNamespace(families=(2,)))
 
     def choose(left: float) -> tuple[float, float]:
         products = np.zeros((1, 3, 3))
