@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from slipstick.engine.bases import late
 from slipstick.engine.equations import refine
 from slipstick.engine.noise import Noise, estimate_loudness, estimate_sensor_noise
 from slipstick.engine.recordings import (
+    AT_INSTANTS,
     MEASURED,
     Part,
     Recorded,
@@ -30,6 +32,9 @@ _LOOSE = 0.3
 _SUBSTEPS, _EXACT = (1, 2, 4, 8, 16, 32, 64), 1.0
 """Numbers of steps in a sample, and the nats in all runs by which twice as many may differ: no decision depends on
 it."""
+_BETWEEN = 1 / 3
+"""Samples by which a sensor reads late where steps are chosen for an output that jumps with a command: no instant of
+any number of steps is there."""
 _STATED = 1e-3
 """Standard deviation of the mean of a condition over the runs, beside the errors of its levels."""
 _DRAWN = 25.0
@@ -119,8 +124,9 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
 
     def at(fine: int) -> Part:
         instants = np.linspace(runs.time[0], runs.time[-1], fine * (len(runs.time) - 1) + 1)
-        commands = {name: runs.commands[name].approximate(instants) for name in block.reads
-                    if name in runs.commands}
+        profiles = {name: runs.commands[name] for name in block.reads if name in runs.commands}
+        commands = {name: profile.approximate(instants) if block.states else profile.at(instants)
+                    for name, profile in profiles.items()}
         for name in block.reads:
             if name in runs.channels:
                 channel = np.asarray(runs.channels[name], float)
@@ -137,21 +143,48 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
                     np.stack([loudness[name] for name in measured], axis=1) if measured else np.ones((len(runs), 0)),
                     disturbances={identifier_of(each.name): Noise(each.disturbance, _SLOW)
                                   for each in block.quantities if each.disturbance > 0})
+        if block.states and block.output_function is not None:
+            part = _read_commands(part, {name: profile.at(instants) for name, profile in profiles.items()})
         # A simulation of the whole machine goes on to the end, to be shown.
         return part if is_free else _draw(part, _DRAWN * runs.step, driving, beyond).end()
 
-    if not block.states:
-        return at(1)
     coarse = at(max(least, _SUBSTEPS[0]))
-    before = _predict_nominal(coarse)
+    clock = _BETWEEN if _passes_on(coarse, [name for name in block.reads if name in runs.commands]) else 0.0
+    if not block.states and not clock:
+        return coarse
+    before = _predict_nominal(coarse, clock)
     for fine in (each for each in _SUBSTEPS if each > coarse.fine):
         finer = at(fine)
-        after = _predict_nominal(finer)
+        after = _predict_nominal(finer, clock)
         off = np.mean((after - before) ** 2, axis=(0, 2)) / [sensor.fresh**2 for sensor in coarse.sensors]
         if not (0.5 * off * len(runs) * len(runs.time) >= _EXACT).any():
             return coarse
         coarse, before = finer, after
     return coarse
+
+
+def _passes_on(part: Part, commands: Sequence[str]) -> bool:
+    """Return whether an output of a part changes with a command at the same instant."""
+    if part.block.output_function is None or not commands:
+        return False
+    nominal = solve(pose_nominal(part))
+    read = (AT_INSTANTS * bool(part.block.states) + identifier_of(name) for name in commands)
+    return any(nominal.direction("input", name, 1.0).D.any() for name in read)
+
+
+def _read_commands(part: Part, commands: Mapping[str, np.ndarray]) -> Part:
+    """Return a part whose outputs read `commands` (n, K) themselves at each instant.
+
+    Its rates read the lines between instants that are closest to them, which are off by up to half of a jump beside it.
+    """
+    read = {identifier_of(name): AT_INSTANTS + identifier_of(name) for name in commands}
+
+    def output(x: Any, u: Any, q: Any, p: Any) -> Any:
+        named = {**vars(u), **{name: getattr(u, exact) for name, exact in read.items()}}
+        return part.system.output(x, Namespace(**named), q, p)
+
+    inputs = {**part.inputs, **{AT_INSTANTS + identifier_of(name): value for name, value in commands.items()}}
+    return replace(part, system=replace(part.system, output=output), inputs=inputs) if commands else part
 
 
 def _draw(part: Part, time: float, smooth: Mapping[str, np.ndarray], beyond: Mapping[str, np.ndarray]) -> Part:
@@ -197,8 +230,9 @@ def _differentiate_rate(part: Part, of: int, on: int) -> float:
     return float(np.squeeze(as_tuple(system.rate(system.name(tuple(x), sides), u, q, p))[of] - before))
 
 
-def _predict_nominal(part: Part) -> np.ndarray:
-    return solve(pose_nominal(part)).outputs[:, :, ::part.fine]
+def _predict_nominal(part: Part, clock: float) -> np.ndarray:
+    outputs = solve(pose_nominal(part)).outputs
+    return late(outputs, part.fine * clock, part.fine) if clock else outputs[:, :, ::part.fine]
 
 
 def _list_terms(machine: Machine, runs: Runs, parts: tuple[Part, ...],
