@@ -98,7 +98,8 @@ def _value_of(machine: Machine, name: str, values: Mapping[str, float | np.ndarr
     declared = {each.name: each.value for each in machine.parameters}
     value = values.get(name, declared.get(name))
     if value is None:
-        raise InvalidValue(f"'{name}' of the machine '{machine.name}' has no value", "Give it among the values")
+        raise InvalidValue(f"'{name}' of the machine '{machine.name}' has no value",
+                           "Declare its `value`, or give it among the values")
     return value
 
 

@@ -413,5 +413,6 @@ def require_names(names: Sequence[str], what: str) -> None:
                                "Begin with a letter, and avoid words of Python")
         if attribute in seen:
             raise InvalidValue(f"Among the {what}, '{seen[attribute]}' and '{name}' both become '{attribute}'",
-                               "Rename one of them")
+                               "Rename one of them" + ", or declare a single one for all that have it"
+                               * (seen[attribute] == name))
         seen[attribute] = name

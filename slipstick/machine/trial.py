@@ -108,6 +108,10 @@ class _Trial:
         letter = next((letter for letter, each in given.items() if each is getattr(error, "obj", None)), None)
         if isinstance(error, AttributeError) and letter is not None:
             known = [name for name in vars(given[letter]) if not name.startswith("_")]
+            for state in self.block.states if letter == "x" else ():
+                if error.name == f"{identifier_of(state)}_side":
+                    return InvalidValue(f"{place}: x.{error.name} is read, and '{state}' is not among the switches of "
+                                        "the block", f"Declare switches=({state!r},) in the block")
             elsewhere = next((f". It is read as {other}.{error.name}" for other, each in given.items()
                               if error.name in vars(each)), "")
             return InvalidValue(f"{place}: the block declares no {letter}.{error.name}{elsewhere}",

@@ -138,7 +138,9 @@ MACHINE = Machine("cart", (cart,), (Sensor("speed", "m/s"),), (Command("pull", "
     ("    return force", "    force", "no array for each of: speed"),
     ("x.speed_side", "x.speed_side, x.speed", "returns 2 values instead of 1"),
     ("u.pull -", "(u.pull if u.pull > 0 else 0) -", "line 9: `if`.*numpy.where"),
-    ("x.speed_side", "np.sign(x.speed)", "do not read x.speed_side")])
+    ("x.speed_side", "np.sign(x.speed)", "do not read x.speed_side"),
+    (', switches=("speed",)', "", r"x.speed_side is read, and 'speed' is not among the switches of the block. "
+                                  r"Declare switches=\('speed',\)")])
 def test_equations_that_fail_are_refused_with_block_and_line(tmp_path: Path, part: str, instead: str,
                                                              cause: str | None) -> None:
     path = tmp_path / "mine.py"
