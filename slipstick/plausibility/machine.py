@@ -55,7 +55,8 @@ def inspect_machine(machine: Machine) -> MachineInspection:
     candidates = list_candidates(recorded, {part.name: nominal_own_values(part) for part in recorded.parts})
     findings = [*_check_blocks(machine), *_check_names(machine, {each.pair[1] for each in candidates}),
                 *_check_speed(recorded), *_check_signals(machine, experiments, runs),
-                *_check_outputs(outputs), *_check_quantities(machine, experiments, runs)]
+                *_check_outputs(outputs), *_check_quantities(machine, experiments, runs),
+                *_check_parameters(machine, experiments, runs)]
     return MachineInspection(machine, runs, outputs, len(candidates), tuple(findings))
 
 
@@ -142,9 +143,26 @@ def _check_quantities(machine: Machine, experiments: Experiments, runs: Runs) ->
         law = Law((quantity.name, "time"), "curve", quantity.unit, "s", np.array([0.0, 1.0]), np.full(2, size),
                   np.zeros((2, 2)), 0)
         changed = simulate_runs(machine, experiments, laws=[law])
-        if all(np.abs(changed.signals[name] - signal).max() <= _UNCHANGED * np.abs(signal).max()
-               for name, signal in runs.signals.items()):
+        if _is_same(changed, runs):
             yield Finding(quantity.name, "no signal changes with it in any experiment",
                           "a law over it can never be found",
                           f"Write q.{identifier_of(quantity.name)} in the equations, add an experiment that reaches "
                           "it, or leave it out")
+
+
+def _check_parameters(machine: Machine, experiments: Experiments, runs: Runs) -> Iterator[Finding]:
+    """Yield parameters of which a large change is seen in no signal, such as a start that no function returns."""
+    for parameter in machine.parameters:
+        value = parameter.value or 0.0
+        changed = value * (1 + _LARGE) if parameter.is_factor(value) else value + (parameter.scale or 1.0)
+        if _is_same(simulate_runs(machine, experiments, {parameter.name: changed}), runs):
+            yield Finding(parameter.name, "no signal changes with it in any experiment",
+                          "no recording tells its value",
+                          f"Read p.{identifier_of(parameter.name)} in the rates, the start or the output of its block, "
+                          "add an experiment that reaches it, or leave it out")
+
+
+def _is_same(changed: Runs, runs: Runs) -> bool:
+    """Return whether no signal has changed but for rounding."""
+    return all(np.abs(changed.signals[name] - signal).max() <= _UNCHANGED * np.abs(signal).max()
+               for name, signal in runs.signals.items())

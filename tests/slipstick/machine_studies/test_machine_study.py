@@ -397,6 +397,8 @@ Change = Callable[[str], str]
 
 @pytest.mark.parametrize(("change", "key", "what"), [
     (lambda text: text.replace("- q.lost_heat", ""), "lost heat", "no signal changes with it"),
+    (lambda text: text.replace("return p.first_temperature", "return 0 * u.heater_voltage"), "first temperature",
+     "no signal changes with it"),
     (lambda text: text.replace("noise=0.05", "noise=80.0"), "temperature", "its noise is"),
     (lambda text: text.replace('without=("air speed",)', 'without=("air sped", "past fan voltage")'), "power",
      "it names 'air sped'"),
