@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from slipstick.bench import parameters
 from slipstick.black_box import BlackBoxDescription
 from slipstick.errors import InvalidValue
 from slipstick.table import Axis
@@ -20,7 +21,7 @@ def axes_of(subject: Subject, spans: Spans, counted: bool = True) -> tuple[Axis,
     """An axis for each of the `spans`: (low, high, count) of equidistant points, or (low, high) unless `counted`.
 
     Raises `UnknownName` for something that is no parameter or input of the `subject`, and `InvalidValue`, also for a
-    span beyond the range of an input of a black box.
+    span beyond the range of an input of a black box, and for one of which the model of a clutch has no meaning.
     """
     if not isinstance(spans, Mapping):
         raise InvalidValue(f"The axes are {spans!r:.60}", 'Give a mapping, such as {"pressure_bias": (0.8, 1.2, 25)}')
@@ -44,9 +45,20 @@ def _axis(subject: Subject, name: str, span: Sequence[float], counted: bool) -> 
         raise InvalidValue(f"The axis {name} has {count:,.0f} point(s)", f"Give 2 to {_MOST_POINTS:,}")
     if isinstance(subject, BlackBoxDescription):
         _require_range(subject, name, low, high)
+    else:
+        _require_meaning(name, nominal, unit, low)
     if not low < high < np.inf or low == -np.inf:
         raise InvalidValue(f"The axis {name} from {low:g} to {high:g} does not increase or is not finite", remedy)
     return Axis(name, np.linspace(low, high, int(count)), nominal, unit)
+
+
+def _require_meaning(name: str, nominal: float, unit: str, low: float) -> None:
+    if nominal == 0:
+        raise InvalidValue(f"The axis {name} has multiples of 0 {unit}, which are all 0",
+                           "Give the parameter another value in the bench or the model, or leave out the axis")
+    if low <= 0 and parameters.PARAMETERS[parameters.index(name)].positive:  # as a bench file requires
+        raise InvalidValue(f"The axis {name} begins at {low:g} times {nominal:g} {unit}, "
+                           "and the model needs a positive value", "Give a positive lowest multiple")
 
 
 def _require_range(subject: BlackBoxDescription, name: str, low: float, high: float) -> None:

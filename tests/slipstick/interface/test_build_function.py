@@ -117,12 +117,20 @@ def test_conditions_are_those_of_recordings() -> None:
     ({"pressure_bias": (0.9, float("inf"), 3)}, "not finite"),
     ({"pressure_bias": (float("nan"), 1.1, 3)}, "not finite"),
     ({"pressure_bias": (0.5, 1.5, 100_000), "ramp_share": (0.5, 1, 100_000)}, "fewer points per axis"),
+    ({"gear_ratio": (-1, 1, 3)}, "gear_ratio begins at -1 times 3.2"), ({"ramp_share": (0, 1, 3)}, "a positive value"),
     ({}, "has no axes"),
 ])
 def test_axes_that_are_none_are_refused(axes: Any, message: str, tmp_path: Path) -> None:
     with pytest.raises(SlipstickError, match=message):
         quiet_build(HEAVY, axes, out=tmp_path / "table.h5")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_table_over_multiples_of_zero_is_refused() -> None:
+    model = NOMINAL.with_parameters({"input_coulomb": 0.0})
+    with pytest.raises(InvalidValue, match="input_coulomb has multiples of 0 N m, which are all 0"):
+        quiet_build(HEAVY, {"input_coulomb": (0.5, 1.5, 3)}, model=model)
+    quiet_build(HEAVY, {"input_coulomb": (-1, 1, 3)}, conditions=FEW)  # a parameter that may have either sign
 
 
 def test_other_arguments_are_refused(tmp_path: Path) -> None:
