@@ -57,9 +57,11 @@ class OnsetBlock(ClutchBlock):
         """What the sensor reads too much before the plates close (n, 1), in N m, beside its `errors`: no friction.
 
         It may drift over the test. As far as readings of the engagements differ by no more than their noise explains,
-        they have the median in common.
+        they have the median in common. Nothing is known of it where the signals begin later.
         """
         quiet = self.scene.time < _QUIET
+        if not quiet.any():
+            return np.zeros((len(self.measured), 1))
         film = self.base(np.zeros((len(self.measured), len(self.random))), errors)
         left = (self.measured - film)[:, quiet]
         each, common = left.mean(axis=1), np.median(left)

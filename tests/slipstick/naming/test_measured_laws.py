@@ -177,6 +177,18 @@ def test_the_onset_of_the_torque_is_found_with_an_offset_of_its_sensor(offset: f
     np.testing.assert_allclose(named.measured, scene.measured("output_torque"), atol=1.0)
 
 
+def test_the_onset_is_found_in_signals_that_begin_after_the_command() -> None:
+    right = scene_of(HEAVY, NOMINAL, COUNT, SEED)
+    signals = right.recordings.signals
+    assert signals is not None
+    signals = replace(signals, time=signals.time[25:], **{name: signals[name][:, 25:] for name in signals.names})
+    late = replace(right, recordings=replace(right.recordings, signals=signals),
+                   smooth={name: values[:, 25:] for name, values in right.smooth.items()})
+    block, known = (OnsetBlock(one, one.smooth["pressure"]) for one in (late, right))
+    assert np.all(np.isfinite(block.measured))
+    assert np.abs(block.end + 25 - known.end).max() <= 1
+
+
 @pytest.mark.parametrize("drift", [0.0, 60.0])
 def test_the_onset_is_found_where_the_zero_of_the_torque_sensor_drifts(drift: float) -> None:
     scene, right = (scene_of(HEAVY, NOMINAL, COUNT, SEED) for _ in range(2))
