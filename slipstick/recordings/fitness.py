@@ -9,10 +9,13 @@ from slipstick.recordings.signals import Signals
 
 
 def require_one_clock(recordings: Recordings) -> None:
-    """Raise `InvalidValue` where the signals do not contain the earliest shifting time: times in another unit, say."""
+    """Raise `InvalidValue` where the signals do not contain the earliest engagement: times in another unit, say.
+
+    An engagement that ends before the second sample is none that the signals show, such as with times in ms.
+    """
     assert recordings.signals is not None
     time, shifting_time = recordings.signals.time, recordings.measured_time
-    if not time[0] < shifting_time.min() < time[-1]:
+    if not time[1] < shifting_time.min() < time[-1]:
         raise InvalidValue(
             f"The signals are from {time[0]:g} to {time[-1]:g} s, and the shifting times from {shifting_time.min():g} "
             f"to {shifting_time.max():g} s",

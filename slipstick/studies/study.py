@@ -34,6 +34,7 @@ from slipstick.naming.study import Naming
 from slipstick.numerics.threads import in_one_blas_thread
 from slipstick.plausibility.mismatch import require_match
 from slipstick.recordings import Recordings
+from slipstick.recordings.fitness import require_one_clock
 from slipstick.recordings.signals import open_blocks
 from slipstick.studies.conditions import by_level, with_measured
 from slipstick.studies.confidence import are_reported
@@ -70,6 +71,8 @@ def examine(settings: StudySettings, bench: Bench, recordings: Recordings, log: 
     `keep` is called with what was named so far, for `unconfirmed`, in case that the time budget ends before. Raises
     `InvalidValue` for recordings that cannot be of the bench or say too little.
     """
+    if recordings.signals is not None:
+        require_one_clock(recordings)  # first, as levels at other times would seem to have other units
     require_match(recordings, bench)
     return to_json(name(bench, recordings, settings.naming, _steps(recordings, log).report_naming,
                         lambda naming: keep(to_json(naming))))

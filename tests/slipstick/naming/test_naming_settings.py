@@ -89,6 +89,7 @@ def test_smoothing_is_in_samples(scene: Scene) -> None:
 
 @pytest.mark.parametrize(("change", "message"), [
     (lambda time: 1e-6 * time, "The signals are from 0 to 1.698e-06 s, and the shifting times from"),
+    (lambda time: 1e3 * time, "The signals are from 0 to 1698 s, and the shifting times from"),
     (lambda time: time - 5, "Give the times of the signals in seconds from the shift command"),
     (lambda time: time + 1e6, "Give the times of the signals in seconds from the shift command"),
     (lambda time: time + 4e-4 * (np.arange(len(time)) % 2), "not equidistant: one is 0.4 ms from where")])

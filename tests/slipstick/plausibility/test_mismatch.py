@@ -207,6 +207,15 @@ def test_study_and_calibration_refuse_such_recordings_with_cause_and_remedy() ->
             start()
 
 
+def test_signals_with_times_in_ms_are_told_by_their_times_and_not_by_their_levels() -> None:
+    recordings = RECORDINGS["compact"]
+    assert recordings.signals is not None
+    wrong = replace(recordings, signals=replace(recordings.signals, time=1e3 * recordings.signals.time))
+    for start in (partial(examine, StudySettings(), COMPACT, wrong), partial(calibrate, wrong, COMPACT)):
+        with pytest.raises(InvalidValue, match=r"The signals are from .* Give the times of the signals in seconds"):
+            start()
+
+
 @pytest.mark.parametrize("command", ["study {}", "calibrate --recordings {}"])
 def test_the_commands_refuse_recordings_of_another_bench(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = [word.format(FILES["compact"]) for word in command.split()]
