@@ -75,7 +75,7 @@ MAY_IMPORT = {
     "slipstick.uncertainty.chaos": "numpy scipy numba chaospy slipstick.errors slipstick.numerics "
                                    "slipstick.uncertainty.sampling",
     "slipstick.uncertainty.inputs": "numpy slipstick.errors slipstick.uncertainty.chaos",
-    "slipstick.uncertainty.outside": "numpy scipy slipstick.uncertainty.inputs",
+    "slipstick.uncertainty.outside": "numpy scipy slipstick.uncertainty.chaos slipstick.uncertainty.inputs",
     "slipstick.uncertainty.likelihood": "numpy scipy numba slipstick.errors slipstick.numerics "
                                         "slipstick.uncertainty.chaos "
                                         "slipstick.uncertainty.inputs slipstick.uncertainty.sampling",

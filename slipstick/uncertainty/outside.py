@@ -3,6 +3,7 @@
 import numpy as np
 import scipy
 
+from slipstick.uncertainty.chaos.cornish_fisher import FARTHEST
 from slipstick.uncertainty.inputs import Inputs
 
 
@@ -30,4 +31,5 @@ def _axis_mass_outside(inputs: Inputs, index: int, edges: np.ndarray) -> float:
     if inputs.marginal_std[index] == 0:
         return float(not edges[0] <= inputs.mean[index] <= edges[1])
     low, high = inputs.scores(index, edges)
-    return float(scipy.special.ndtr(low) + scipy.special.ndtr(-high))
+    below, above = (scipy.special.ndtr(score) if score > -FARTHEST else 0.0 for score in (low, -high))
+    return float(below + above)  # 0 beyond an edge at the end of a support or further, where scores are limited

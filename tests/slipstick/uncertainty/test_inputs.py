@@ -158,6 +158,13 @@ def test_mass_outside_is_that_of_the_family() -> None:
     assert np.all(np.abs(normal - expected) > 0.01)
 
 
+@pytest.mark.parametrize("family", ["uniform", "beta", "gamma", "lognormal"])
+def test_no_mass_is_outside_of_a_box_that_contains_the_support(family: Any) -> None:
+    inputs = Inputs([1.0], [0.1], families=(family,), support=[[0.5, 1.5]])
+    assert axis_mass_outside(inputs, np.array([0.0]), np.array([1e9])) == 0.0
+    assert axis_mass_outside(inputs, np.array([-2.0]), np.array([-1.0])) == 1.0
+
+
 def test_mass_outside_is_accurate_in_the_tails_and_at_the_edges() -> None:
     normals, box = standard_normals(2, 2, 1), (np.full(2, 0.5), np.full(2, 1.5))
     far = Inputs([1.0, 1.0], [0.05, 0.05])  # edges at 10 std
