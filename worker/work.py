@@ -15,7 +15,7 @@ from slipstick import interruption
 from slipstick.black_box import BlackBox
 from slipstick.black_box.declared import open_once
 from slipstick.black_box.known import list_known
-from slipstick.errors import InvalidValue
+from slipstick.errors import InvalidValue, SlipstickError
 from slipstick.storage import shipped
 
 from .bench_option import library_folder
@@ -81,7 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
     with locked_name(name, engine, file) as lock:
         DBOS(config={"name": _APPLICATION, "system_database_url": arguments.jobs, "application_version": _VERSION,
                      "executor_id": name, "log_level": "WARNING"})
-        logging.getLogger("dbos").addFilter(_is_not_cancellation)
+        logging.getLogger("dbos").addFilter(is_unexpected)
         rehearse = [sys.executable, "-m", f"{__package__}.rehearsal"]
         rehearsal = None if arguments.no_compile else subprocess.Popen(rehearse)
         modules = tuple(f"{__package__}.{kind}_steps" for kind in ("fit", "study", "calibration", "build"))
@@ -111,8 +111,12 @@ def run(arguments: argparse.Namespace) -> int:
         os._exit(interruption.STATUS if received == signal.SIGINT else 0)
 
 
-def _is_not_cancellation(record: logging.LogRecord) -> bool:
-    # DBOS logs a cancelled job as an error with a traceback, although the user requested it.
+def is_unexpected(record: logging.LogRecord) -> bool:
+    """Whether a record of DBOS is not only that a job was cancelled, or failed for a cause that the job tells.
+
+    DBOS logs both as errors with a traceback.
+    """
     from dbos import error
 
-    return not (record.exc_info and isinstance(record.exc_info[1], error.DBOSAwaitedWorkflowCancelledError))
+    expected = error.DBOSAwaitedWorkflowCancelledError, SlipstickError
+    return not (record.exc_info and isinstance(record.exc_info[1], expected))

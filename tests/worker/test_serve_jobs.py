@@ -1,6 +1,7 @@
 """Fits and studies through real processes: the service takes them in, the worker runs them, and both may be killed."""
 
 import json
+import logging
 import signal
 import sqlite3
 import time
@@ -11,13 +12,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from dbos import error as dbos_error
 from job_processes import ENDLESS, SETTINGS, SHORT, Bench, ended, in_stage
 
+from slipstick.errors import InvalidValue
 from slipstick.inference.problems import table_problem
 from slipstick.recordings import Recordings
 from slipstick.storage.library import Library
+from slipstick.time_budget import TimeBudgetEnded
 from slipstick.uncertainty import fit
 from worker.__main__ import main
+from worker.work import is_unexpected
 
 
 @pytest.fixture
@@ -124,6 +129,14 @@ def test_a_fit_without_time_says_so(bench: Bench) -> None:
     bench.post("/v1/fits", "no-time", {"settings": SHORT, "time_budget": 600})
     assert bench.follow("no-time", ended)["status"] == "done"
     assert bench.client.get("/v1/fits/no-time/result").json()["result"]["partial"] is None
+
+
+@pytest.mark.parametrize(("error", "is_logged"), [
+    (InvalidValue("It is wrong", "Give another one"), False), (TimeBudgetEnded("It ended", "Give more"), False),
+    (dbos_error.DBOSAwaitedWorkflowCancelledError("a-job"), False), (ZeroDivisionError("a defect"), True)])
+def test_the_log_has_what_a_job_does_not_tell_itself(error: Exception, is_logged: bool) -> None:
+    record = logging.LogRecord("dbos", logging.ERROR, "", 0, "A job failed", (), (type(error), error, None))
+    assert is_unexpected(record) == is_logged
 
 
 @pytest.mark.slow
