@@ -164,10 +164,14 @@ class _Search:
         trials.sort(key=lambda trial: -trial.finding.nats)
         passing = [trial for trial in trials if self._is_enough(trial)]
         if not passing:
-            first = trials[0].finding
+            first, ahead = trials[0].finding, trials[0].base.promised
+            why = "which is too little" if ahead < SETTLED else \
+                f"too little beside {ahead:.1f} nats that the fit without it has not reached"
             self._say(f"No law is named: {' over '.join(first.pair)} gains {first.nats:.1f} nats by {first.errors:.1f} "
-                      "standard errors, which is too little")
-            self.closed |= set(groups)
+                      f"standard errors, {why}")
+            # What acts on all of them is closed: a block on which none was tried alone may have a law of its own.
+            common = set[Group].intersection(*(set(trial.groups) for trial in trials))
+            self.closed |= common or set(groups)
             return True
         best = self._choose(passing)
         leads = tuple(_lead(best, trial) for trial in trials if trial is not best)

@@ -17,7 +17,7 @@ from slipstick.engine.measured_law import measure
 from slipstick.engine.preparation import prepare
 from slipstick.engine.priors import Prior
 from slipstick.engine.recordings import Recorded
-from slipstick.engine.selection import Identification, _is_unexplained, identify, settle, temper
+from slipstick.engine.selection import Identification, _is_unexplained, _Search, identify, settle, temper
 from slipstick.engine.settings import EngineSettings
 from slipstick.engine.simulation import simulate
 from slipstick.engine.study import _compare, study
@@ -67,6 +67,32 @@ def record(leaks: np.ndarray, noise: np.ndarray, seed: int = 3) -> Runs:
 
 
 ONES = np.ones(RUNS)
+
+
+def test_a_block_on_which_no_law_was_tried_alone_stays_open_where_one_of_two_blocks_is_not_named(
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    scale = Block("scale", gives="weight", reads=("level",), parameters=(Parameter("density", value=2.0),),
+                  quantities=(Quantity("push", "kg"),))
+    scale.output(lambda x, u, q, p: p.density * u.level + q.push)
+    machine = replace(declare(), blocks=(*declare().blocks, scale),
+                      sensors=(*declare().sensors, Sensor("weight", "kg")))
+    runs = record(0 * ONES, ONES)
+    weight = 2 * runs.signals["level"] + 0.02 * np.random.default_rng(1).standard_normal((RUNS, len(TIME)))
+    said, settings = list[str](), EngineSettings()
+    fits = settle(prepare(machine, replace(runs, signals={**runs.signals, "weight": weight})), settings)
+    search = _Search(settings, lambda doing: said.append(doing.words),
+                     {tuple(part.name for part in each.recorded.parts): each for each in fits})
+    ranked = search._rank()
+    of_both = next(each for each in ranked if len(each.candidate.variables) == 2)
+    of_last = next(each for each in ranked if set(each.candidate.variables) == {"scale"})
+    monkeypatch.setattr(search, "_is_enough", lambda trial: False)
+    monkeypatch.setattr(search, "_rank", lambda: [replace(of_both, nats=100.0), replace(of_last, nats=90.0)])
+    assert search.step()
+    assert search.closed == {("scale",)}
+    assert said[-1].endswith("standard errors, which is too little")
+    monkeypatch.setattr(search, "_rank", lambda: [replace(of_both, nats=100.0)])
+    assert search.step()
+    assert search.closed == {("vessel",), ("scale",)}
 
 
 @pytest.fixture(scope="module")
