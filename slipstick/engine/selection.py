@@ -47,6 +47,8 @@ _ROUGH = 0.005
 """Nats that a step of a trial may still promise, over those that its candidate gains by a linear model."""
 _TIED = 0.8
 """Share of the nats of the best candidate below which another one is not fitted to the end."""
+_CLOCKS = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
+"""Clocks at which a fit is tried, in standard deviations of the prior: a sample, in quarters."""
 _NEAR = 0.5
 """Share of the nats of a finding from which a candidate is fitted in full: few coefficients gain less than many."""
 
@@ -321,7 +323,7 @@ def settle(recorded: Recorded, settings: EngineSettings, log: Log = lambda _: No
                 state, fitted = state.take(kept), fitted.take(kept)
                 fits, waiting = [each.take(kept) for each in fits], [each.take(kept) for each in waiting]
                 explained = {name: signal[kept] for name, signal in explained.items()}
-            fitted = temper(fitted.restart(state, state.points.var(axis=0)), settings)
+            fitted = temper(_try_clocks(fitted.restart(state, state.points.var(axis=0))), settings)
         fits.append(fitted)
         explained |= _explain_signals(fitted, settings)
     for number in range(1 + _RENEWED):
@@ -332,6 +334,27 @@ def settle(recorded: Recorded, settings: EngineSettings, log: Log = lambda _: No
             fits = [taken if each.converged else fit(taken.recorded, taken.laws, taken.priors, taken.state)
                     for each in fits for taken in [each.take(kept)]]  # what has converged hardly changes
     return fits
+
+
+def _try_clocks(fitted: Fit) -> Fit:
+    """Return the better one of a fit and of one from those clocks at which it predicts the signals best.
+
+    Where a signal jumps between two samples, residuals do not tell of the way to the right clock.
+    """
+    def move(state: State, place: int, value: float) -> State:
+        shared = state.shared.copy()
+        shared[place] = value
+        return replace(state, shared=shared)
+
+    def measure(state: State) -> float:
+        return sum(float(model.move(state).gram[:, -1, -1].sum()) for model in fitted.models.values())
+
+    state = fitted.state
+    for place, term in enumerate(fitted.recorded.shared):
+        if term.kind == "clock":
+            tried = [move(state, place, term.target + away * term.std) for away in _CLOCKS]
+            state = min([state, *tried], key=measure)
+    return fitted if state is fitted.state else fitted.restart(state, fitted.fitted.variance)
 
 
 def temper(fitted: Fit, settings: EngineSettings, origin: State | None = None) -> Fit:

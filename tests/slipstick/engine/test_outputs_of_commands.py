@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from slipstick.engine import selection
 from slipstick.engine.preparation import prepare
 from slipstick.engine.recordings import Part, pose_nominal
-from slipstick.engine.selection import identify
+from slipstick.engine.selection import identify, settle
+from slipstick.engine.settings import EngineSettings
 from slipstick.engine.trajectory import solve
 from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Runs, Sensor
 
@@ -43,16 +45,37 @@ def test_nothing_is_missing_where_an_output_without_states_follows_jumps_of_a_co
     assert not answer.unexplained
 
 
-def test_an_output_beside_states_reads_the_command_itself_at_the_instant_of_a_jump() -> None:
+def declare_fading() -> Machine:
     coil = Block("coil", gives="force", reads=("current",), states=("heat",), parameters=(
         Parameter("constant", "N/A", value=10.0), Parameter("fade", "N/A", value=1.0)),
         quantities=(Quantity("stray", "N"),))
     coil.rate(lambda x, u, q, p: u.current - x.heat)
     coil.output(lambda x, u, q, p: p.constant * u.current - p.fade * x.heat + q.stray)
-    machine = Machine("coil", (coil,), (Sensor("force", "N"),), (Command("current", "A"),))
-    profile = command()
+    return Machine("coil", (coil,), (Sensor("force", "N"),), (Command("current", "A"),))
+
+
+def fade(profile: Profile, time: np.ndarray) -> np.ndarray:
+    """The force of the coil, but for its constant: the current has a jump."""
     instant, height = profile.time[:, 1:2], profile.value[:, 2:]
-    heat = height * (1 - np.exp(-np.maximum(TIME - instant, 0)))
-    signal = 10 * profile.at(TIME) - heat
-    predicted = predict(prepare(machine, record(signal, profile)).parts[0])
+    return np.asarray(height * (1 - np.exp(-np.maximum(time - instant, 0))))
+
+
+def test_an_output_beside_states_reads_the_command_itself_at_the_instant_of_a_jump() -> None:
+    profile = command()
+    signal = 10 * profile.at(TIME) - fade(profile, TIME)
+    predicted = predict(prepare(declare_fading(), record(signal, profile)).parts[0])
     assert np.abs(predicted - signal).max() < 0.01
+
+
+@pytest.mark.parametrize("late", [0.0, 0.009])
+def test_the_clock_of_an_output_that_jumps_is_found_from_afar(late: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A fit that begins at half a sample ends there: the samples beside a jump do not tell of the way."""
+    profile = command()
+    recorded = prepare(declare_fading(), record(10 * profile.at(TIME - late) - fade(profile, TIME - late), profile))
+    fitted, = settle(recorded, EngineSettings())
+    clock, = (value for term, value in zip(recorded.shared, fitted.state.shared, strict=True) if term.kind == "clock")
+    assert abs(clock - late / 0.01) < 0.1
+    assert fitted.chi_square["coil"].mean() < 1.1
+    monkeypatch.setattr(selection, "_try_clocks", lambda fitted: fitted)
+    stuck, = settle(recorded, EngineSettings())
+    assert stuck.chi_square["coil"].mean() > 10
