@@ -15,8 +15,8 @@ import scipy
 from slipstick.errors import InvalidValue
 
 LAGS = (1, 2, 4, 8)
-"""Samples between those of a second difference. Correlations from 0.5 to 0.95 show in these; over more samples a torque
-that is built up is no longer slow."""
+"""Samples between those of a second difference. Correlations from 0.5 to 0.95 show in these; over more samples,
+what a model lacks is no longer slow."""
 LONGER = (*LAGS, 16)
 """The same where the noise of an input is unknown that equations integrate: its power is then known to 10 % and not to
 40 %. Over 32 samples it was doubled by a strong effect that was missing."""

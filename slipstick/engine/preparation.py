@@ -102,6 +102,7 @@ def _find_nominal(machine: Machine, blocks: Sequence[Block], runs: Runs, signals
     return nominal
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a nominal machine may have no finite solution
 def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[str, np.ndarray],
                   smooth: Mapping[str, np.ndarray], noise: Mapping[str, Noise],
                   nominal: Mapping[str, np.ndarray], is_free: bool, least: int = 1) -> Part:
