@@ -20,7 +20,6 @@ from slipstick.engine.noise import (
     second_variance,
 )
 from slipstick.engine.noise import Noise as SensorNoise
-from slipstick.errors import InvalidValue
 
 Noise = tuple[float, float]
 """Standard deviation in the unit of the signal, and autocorrelation from sample to sample."""
@@ -32,10 +31,7 @@ def sensor_noise(name: str, values: np.ndarray) -> Noise:
     From the third differences and the sums of two successive ones: a smooth signal does not reach either, and jumps are
     rare. `name` is that of the signal in the error message: raises `InvalidValue` if there is no noise.
     """
-    shown = Differences.of(values)
-    if not shown.third > 0:
-        raise InvalidValue(f"The signal {name} shows no noise, so its residuals cannot be weighted",
-                           "Record it with a finer resolution, or add the noise of its sensor")
+    shown = Differences.of_sensor(name, values)
     noise = shown.noise(shown.correlation)
     return noise.std, noise.correlation
 
@@ -51,7 +47,7 @@ def noise_of(left: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> Noise:
         return noise.std, noise.correlation
     walk = np.array([[_walk_variance(noise, counted, lag) for lag in LAGS]])
     [estimate], _ = estimate_residual_noise(SecondDifferences(LAGS, observed, walk, np.eye(len(LAGS))[None]),
-                                         [SensorNoise(noise.std, noise.correlation)])
+                                            [SensorNoise(noise.std, noise.correlation)])
     return estimate.std, estimate.correlation
 
 

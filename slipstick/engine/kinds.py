@@ -244,14 +244,14 @@ def _fit_form(fit: Fit, pair: Pair, weighed: _Weighed, family: _Family, reach: f
     nearest one takes its shape. The best shape is found anew about the fit, as long as that gains: a clock and a lag
     hardly differ, so that the way may be long.
     """
-    best, known_up_to = None, fit.priors[pair].known_up_to
+    best, law, known_up_to = None, fit.laws[pair], fit.priors[pair].known_up_to
+    knots = law.variable.knots
+    if family.formed is not None and family.shape_name:
+        knots = divide(knots, _PARTS)
     for _ in range(_SHARPENED if family.shape_name else 1):
-        law = fit.laws[pair]
         if family.formed is None:
-            knots = law.variable.knots.copy()
+            knots = knots.copy()
             knots[np.argmax(weighed.form.columns[:, 0])] = weighed.form.shape
-        else:
-            knots = divide(law.variable.knots, _PARTS) if family.shape_name and best is None else law.variable.knots
         sharp = replace(law, variables={name: replace(each, knots=knots) for name, each in law.variables.items()})
         families = _list_families(sharp, known_up_to, () if family.formed is None else (family.formed,))
         about = next(each for each in families if each.kind == family.kind)

@@ -230,8 +230,7 @@ def predict_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pai
     signals = trajectory.outputs
     if not part.system.states:
         smooth = np.stack([recorded.fine(name, part) for name in part.signals], axis=1)
-        nearest = (np.arange(part.instants) + part.fine // 2) // part.fine
-        signals = np.where(part.counted[:, :, nearest], signals, smooth)
+        signals = np.where(part.counted[:, :, part.nearest], signals, smooth)
     clocks = tuple(_clock(recorded, clock_of(part, signal), state) for signal in part.signals)
     nothing = np.empty(0)
     model = PartModel(part, state, laws, trajectory, nothing, signals, nothing, clocks, None, (), {}, nothing, nothing)

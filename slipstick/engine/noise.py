@@ -74,6 +74,15 @@ class Differences:
         """Return those of rows (n, k)."""
         return cls(*(robust_std(_convolve(values, taps)) for taps in (_THIRD, _LAGGED)))
 
+    @classmethod
+    def of_sensor(cls, name: str, values: np.ndarray, rounding: float = 0.0) -> "Differences":
+        """Return those of rows (n, k) of the signal `name`; raises `InvalidValue` without noise beyond rounding."""
+        shown = cls.of(values)
+        if not shown.third > rounding:
+            raise InvalidValue(f"The signal {name} shows no noise, so its residuals cannot be weighted",
+                               "Record it with a finer resolution, or add the noise of its sensor")
+        return shown
+
     def noise(self, correlation: float) -> Noise:
         """Return the noise of a correlation that has these third differences."""
         return Noise(float(self.third / np.sqrt(filter_variance(_THIRD, correlation))), correlation)
@@ -97,10 +106,7 @@ def estimate_sensor_noise(name: str, values: np.ndarray) -> Noise:
 
     Raises `InvalidValue` if there is no noise.
     """
-    shown = Differences.of(values)
-    if not shown.third > _ROUNDED * np.spacing(np.abs(values).max()):
-        raise InvalidValue(f"The signal {name} shows no noise, so its residuals cannot be weighted",
-                           "Record it with a finer resolution, or add the noise of its sensor")
+    shown = Differences.of_sensor(name, values, _ROUNDED * float(np.spacing(np.abs(values).max())))
     return shown.noise(float(np.clip(shown.correlation, -_BEGIN, _BEGIN)))
 
 

@@ -1,6 +1,6 @@
 """Recordings of a machine are prepared for fits: nominal parameters, steps per sample, drawn states, terms."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -20,7 +20,7 @@ from slipstick.engine.recordings import (
     pose_nominal,
     smooth_signal,
 )
-from slipstick.engine.trajectory import solve
+from slipstick.engine.trajectory import Trajectory, solve
 from slipstick.errors import InvalidValue
 from slipstick.machine.declaration import Block, Machine, Namespace, as_tuple, identifier_of
 from slipstick.machine.runs import Runs
@@ -123,9 +123,11 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
     driving, beyond = ({name: straighten(value) if block.states else value for name, value in each.items()}
                        for each in (smooth, {name: signals[name] - smooth[name] for name in signals}))
 
+    profiles = {name: runs.commands[name] for name in block.reads if name in runs.commands}
+    may_pass_on = block.output_function is not None and bool(profiles)
+
     def at(fine: int) -> Part:
         instants = np.linspace(runs.time[0], runs.time[-1], fine * (len(runs.time) - 1) + 1)
-        profiles = {name: runs.commands[name] for name in block.reads if name in runs.commands}
         commands = {name: profile.approximate(instants) if block.states else profile.at(instants)
                     for name, profile in profiles.items()}
         for name in block.reads:
@@ -144,19 +146,22 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
                     np.stack([loudness[name] for name in measured], axis=1) if measured else np.ones((len(runs), 0)),
                     disturbances={identifier_of(each.name): Noise(each.disturbance, _SLOW)
                                   for each in block.quantities if each.disturbance > 0})
-        if block.states and block.output_function is not None:
+        if block.states and may_pass_on:
             part = _read_commands(part, {name: profile.at(instants) for name, profile in profiles.items()})
         # A simulation of the whole machine goes on to the end, to be shown.
         return part if is_free else _draw(part, _DRAWN * runs.step, driving, beyond).end()
 
     coarse = at(max(least, _SUBSTEPS[0]))
-    clock = _BETWEEN if _passes_on(coarse, [name for name in block.reads if name in runs.commands]) else 0.0
+    if not block.states and not may_pass_on:
+        return coarse
+    solved = solve(pose_nominal(coarse))
+    clock = _BETWEEN if may_pass_on and _passes_on(solved, profiles) else 0.0
     if not block.states and not clock:
         return coarse
-    before = _predict_nominal(coarse, clock)
+    before = _read_late(solved, coarse.fine, clock)
     for fine in (each for each in _SUBSTEPS if each > coarse.fine):
         finer = at(fine)
-        after = _predict_nominal(finer, clock)
+        after = _read_late(solve(pose_nominal(finer)), fine, clock)
         off = np.mean((after - before) ** 2, axis=(0, 2)) / [sensor.fresh**2 for sensor in coarse.sensors]
         if not (0.5 * off * len(runs) * len(runs.time) >= _EXACT).any():
             return coarse
@@ -164,13 +169,10 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
     return coarse
 
 
-def _passes_on(part: Part, commands: Sequence[str]) -> bool:
-    """Return whether an output of a part changes with a command at the same instant."""
-    if part.block.output_function is None or not commands:
-        return False
-    nominal = solve(pose_nominal(part))
-    read = (AT_INSTANTS * bool(part.block.states) + identifier_of(name) for name in commands)
-    return any(nominal.direction("input", name, 1.0).D.any() for name in read)
+def _passes_on(nominal: Trajectory, commands: Iterable[str]) -> bool:
+    """Return whether an output changes with a command at the same instant."""
+    prefix = AT_INSTANTS if nominal.problem.system.states else ""
+    return any(nominal.direction("input", prefix + identifier_of(name), 1.0).D.any() for name in commands)
 
 
 def _read_commands(part: Part, commands: Mapping[str, np.ndarray]) -> Part:
@@ -185,7 +187,7 @@ def _read_commands(part: Part, commands: Mapping[str, np.ndarray]) -> Part:
         return part.system.output(x, Namespace(**named), q, p)
 
     inputs = {**part.inputs, **{AT_INSTANTS + identifier_of(name): value for name, value in commands.items()}}
-    return replace(part, system=replace(part.system, output=output), inputs=inputs) if commands else part
+    return replace(part, system=replace(part.system, output=output), inputs=inputs)
 
 
 def _draw(part: Part, time: float, smooth: Mapping[str, np.ndarray], beyond: Mapping[str, np.ndarray]) -> Part:
@@ -231,9 +233,9 @@ def _differentiate_rate(part: Part, of: int, on: int) -> float:
     return float(np.squeeze(as_tuple(system.rate(system.name(tuple(x), sides), u, q, p))[of] - before))
 
 
-def _predict_nominal(part: Part, clock: float) -> np.ndarray:
-    outputs = solve(pose_nominal(part)).outputs
-    return late(outputs, part.fine * clock, part.fine) if clock else outputs[:, :, ::part.fine]
+def _read_late(nominal: Trajectory, fine: int, clock: float) -> np.ndarray:
+    """Return the samples (n, o, k) of sensors that are late by so many samples."""
+    return late(nominal.outputs, fine * clock, fine) if clock else nominal.outputs[:, :, ::fine]
 
 
 def _list_terms(machine: Machine, runs: Runs, parts: tuple[Part, ...],

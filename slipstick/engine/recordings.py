@@ -97,6 +97,11 @@ class Part:
         return self.fine * (int(self.measured.shape[2]) - 1) + 1
 
     @property
+    def nearest(self) -> np.ndarray:
+        """The samples (K,) that are next to the instants."""
+        return np.rint(np.arange(self.instants) / self.fine).astype(int)
+
+    @property
     def signals(self) -> tuple[str, ...]:
         """The signals that are measured."""
         return self.system.signals

@@ -423,12 +423,11 @@ def _explain_signals(fitted: Fit, settings: EngineSettings) -> dict[str, np.ndar
         if not part.block.states or _is_unexplained(fitted.chi_square[part.name], settings):
             continue
         read = fitted.models[part.name].read(1)
-        nearest = np.rint(np.arange(part.instants) / part.fine).astype(int)
         for place, signal in enumerate(part.signals):
             explained[signal], counted = read[:, place], part.counted[:, place]
             if not counted.all():
                 smooth = refine(fitted.recorded.signals[signal], part.fine)
-                within = np.where(counted[:, nearest], read[:, place], smooth[:, :part.instants])
+                within = np.where(counted[:, part.nearest], read[:, place], smooth[:, :part.instants])
                 explained[signal] = np.concatenate([within, smooth[:, part.instants:]], axis=1)
     return explained
 
