@@ -36,7 +36,7 @@ demo-stop: setup ## stop the service and the worker of the demo
 
 # What tests share is compiled before, so that they do not compile it at the same time: kernels and modules.
 test: setup ## ruff, mypy and the tests (six minutes on two cores)
-	@$(BIN)/python -m worker.rehearsal & \
+	@$(BIN)/python -m worker.rehearsal clutch & $(BIN)/python -m worker.rehearsal machines & \
 	  $(MAKE) --no-print-directory lint && $(BIN)/python -m pytest --collect-only --quiet > /dev/null && wait
 	@$(ONE_THREAD) $(BIN)/python -m pytest --numprocesses auto --dist loadfile --durations=10
 

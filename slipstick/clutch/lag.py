@@ -34,7 +34,7 @@ def lagged_signal(values: np.ndarray, times: np.ndarray, lag: np.ndarray) -> np.
     """
     rows = values.reshape(-1, values.shape[-1])
     filtered = np.empty_like(rows)
-    _filter(rows, times, np.broadcast_to(lag, (*values.shape[:-1], 1)).ravel(), filtered)
+    _filter(rows, times, np.full((*values.shape[:-1], 1), lag).ravel(), filtered)
     return filtered.reshape(values.shape)
 
 
