@@ -32,6 +32,7 @@ def null(work: Path) -> Entry:
     return answer_case("engine", OTHER_MACHINES, NULL, work)
 
 
+@pytest.mark.slow
 def test_files_of_other_machines_are_read_by_the_engine(work: Path, leak: Entry) -> None:
     files = write_case(OTHER_MACHINES, LEAK, work)
     assert (files.bench.name, files.recordings.name) == ("machine.json", "runs.h5")
@@ -39,6 +40,7 @@ def test_files_of_other_machines_are_read_by_the_engine(work: Path, leak: Entry)
     assert CaseFiles(work / "one_known_effect-7").bench.name == "bench.toml"
 
 
+@pytest.mark.slow
 def test_a_hidden_effect_is_named_and_a_recording_without_one_is_left_alone(leak: Entry, null: Entry) -> None:
     assert not leak.answer.error
     assert judge(leak.answer, leak.truth).effects_named == 1
@@ -50,6 +52,7 @@ def test_a_hidden_effect_is_named_and_a_recording_without_one_is_left_alone(leak
     assert counted["tanks, no effect: something said to be missing"] == (0, 1)
 
 
+@pytest.mark.slow
 def test_pairs_that_no_recording_tells_apart_are_right(leak: Entry) -> None:
     hidden = leak.truth.hidden[0]
     assert accept(hidden) >= {("leak 1", "time"), ("voltage", "time")}

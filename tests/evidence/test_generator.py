@@ -166,6 +166,7 @@ def test_a_response_makes_the_reading_of_its_sensor_late() -> None:
     np.testing.assert_array_equal(hidden.readings["input_speed"], plain.readings["input_speed"])
 
 
+@pytest.mark.slow
 def test_the_strength_is_the_residual_after_a_fit_over_the_noise(drawn: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, value in (("LANES", 6), ("RELATIVE", 1e-3)):
         monkeypatch.setattr(strength_module, name, value)

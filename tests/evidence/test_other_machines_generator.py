@@ -35,9 +35,9 @@ SEEDS = (0, 6, 10, 14, 1, 7, 15)
 """More of the tanks, which take less time; four have no effect."""
 
 
-@pytest.fixture(scope="module")
-def cases() -> dict[int, MachineCase]:
-    return {seed: draw_machine_case(seed) for seed in SEEDS}
+@cache
+def case_of(seed: int) -> MachineCase:
+    return draw_machine_case(seed)
 
 
 @cache
@@ -219,7 +219,9 @@ def test_equal_pairs_give_equal_recordings() -> None:
     np.testing.assert_allclose(first, second, atol=1e-9)
 
 
-def test_cases_are_drawn_with_and_without_effects(cases: dict[int, MachineCase]) -> None:
+@pytest.mark.slow
+def test_cases_are_drawn_with_and_without_effects() -> None:
+    cases = {seed: case_of(seed) for seed in SEEDS}
     for seed, case in cases.items():
         assert case.seed == seed
         assert case.machine == ("dc motor" if case.seed % 2 else "two tanks")
@@ -238,19 +240,19 @@ def test_cases_are_drawn_with_and_without_effects(cases: dict[int, MachineCase])
     assert nothing - {"plain"} <= set(TEMPTATIONS)
 
 
-def test_a_seed_determines_a_case(cases: dict[int, MachineCase]) -> None:
-    for case in (cases[10], cases[15]):
+def test_a_seed_determines_a_case() -> None:
+    for case in (case_of(10), case_of(15)):
         again = draw_machine_case(case.seed)
         assert again.name == case.name
         first, second = (simulate(replace(each.runs.take(np.arange(3)), count=100), 2).signals
                          for each in (case, again))
         assert all(np.array_equal(first[name], second[name]) for name in first)
-    assert not np.array_equal(cases[0].runs.corner_value[0], cases[10].runs.corner_value[0])
+    assert not np.array_equal(case_of(0).runs.corner_value[0], case_of(10).runs.corner_value[0])
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_files_are_read_without_the_project(cases: dict[int, MachineCase], seed: int, tmp_path: Path) -> None:
-    case, folder = cases[seed], tmp_path / f"other_machines-{seed}"
+def test_files_are_read_without_the_project(seed: int, tmp_path: Path) -> None:
+    case, folder = case_of(seed), tmp_path / f"other_machines-{seed}"
     write_machine_case(folder, case)
     machine = json.loads((folder / "machine.json").read_text())
     assert (machine["machine"], set(machine["values"])) == (case.machine, set(MACHINES[case.machine].PARAMETERS))
@@ -288,8 +290,8 @@ def test_stated_conditions_are_off_only_where_they_tempt() -> None:
         assert np.all(error <= 0.04 * stated["load torque"])
 
 
-def test_noise_and_spike_have_the_stated_size(cases: dict[int, MachineCase]) -> None:
-    case = cases[0]
+def test_noise_and_spike_have_the_stated_size() -> None:
+    case = case_of(0)
     reading = simulate(case.runs, 2)
     quiet = measure(reading, case.world, np.random.default_rng(1))
     for name, std in case.world.noise.items():

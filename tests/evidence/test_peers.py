@@ -44,6 +44,7 @@ def test_sindy_names_a_strong_law(work: Path) -> None:
     assert judge(entry.answer, entry.truth).right_first
 
 
+@pytest.mark.slow
 def test_answers_are_counted_right_and_false(drift: Entry) -> None:
     alarm = replace(drift, truth=replace(drift.truth, hidden=()))
     silent = replace(alarm, answer=replace(alarm.answer, findings=(), laws=()))
@@ -53,6 +54,7 @@ def test_answers_are_counted_right_and_false(drift: Entry) -> None:
     assert summary.errors == 0
 
 
+@pytest.mark.slow
 def test_the_error_of_a_law_is_that_over_the_visited_range(drift: Entry) -> None:
     [hidden] = drift.truth.hidden
     law = LawOfPair(hidden.pair, hidden.grid, (np.array(hidden.change) - 1).tolist(), [0.0] * len(hidden.grid), True,

@@ -134,6 +134,7 @@ def test_a_pause_of_the_recording_is_in_no_run(piston: Path, tmp_path: Path) -> 
     assert len(cut) < len(whole)
 
 
+@pytest.mark.slow
 def test_the_command_answers_the_machines_that_it_names(piston: Path, tmp_path: Path,
                                                         monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(command, "TABLE", tmp_path / "real.csv")

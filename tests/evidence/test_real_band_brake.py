@@ -67,6 +67,7 @@ def test_blocks_are_those_of_what_each_variant_has_recorded(variants: dict[str, 
         assert len(list_candidates(recorded, own)) >= 30
 
 
+@pytest.mark.slow
 def test_a_build_up_over_the_travel_is_named_measured_and_drawn(variants: dict[str, Recorded]) -> None:
     answer = identify(variants[band_brake.BUILD_UP], EngineSettings(most=1))
 

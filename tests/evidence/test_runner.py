@@ -136,6 +136,7 @@ list(answer_cases("slow", {TANKS}, work=Path(sys.argv[1])))
 """
 
 
+@pytest.mark.slow
 def test_a_run_that_was_killed_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     command, kept = [sys.executable, "-c", SLOW, str(tmp_path)], tmp_path / "answers-slow.jsonl"
     process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, start_new_session=True)

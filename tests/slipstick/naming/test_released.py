@@ -40,6 +40,7 @@ def test_an_inertia_that_is_not_what_is_stated_is_no_law() -> None:
     assert error < 0.01
 
 
+@pytest.mark.slow
 def test_a_value_that_a_law_does_not_lead_is_its_rival() -> None:
     """A friction that is larger by a factor is a torque over the speed."""
     finding, = name(HEAVY, record(output_viscous=1.5)).findings

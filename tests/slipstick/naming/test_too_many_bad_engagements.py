@@ -59,6 +59,7 @@ def test_the_worst_are_set_aside_without_pressure_as_well() -> None:
     assert (found.findings, list(found.chi_square)) == ((), ["load", "input", "lock"])
 
 
+@pytest.mark.slow
 def test_without_this_none_would_be(monkeypatch: pytest.MonkeyPatch) -> None:
     left = named().chi_square["load"]
     monkeypatch.setattr(study, "outlying", lambda *_: np.zeros(0, int))

@@ -79,6 +79,7 @@ def named(waves: float) -> Naming:
     return name(HEAVY, replace(recordings, signals=signals), NamingSettings(fewest=FEWER))
 
 
+@pytest.mark.slow
 def test_the_clutch_is_asked_for_nothing_where_the_pressure_is_not_explained() -> None:
     right, spoiled = named(0.0), named(0.3)
     assert (FRICTION, "slip") in [one.pair for one in right.findings]
