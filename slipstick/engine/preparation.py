@@ -10,7 +10,6 @@ from slipstick.engine.bases import late
 from slipstick.engine.equations import refine
 from slipstick.engine.noise import Noise, estimate_loudness, estimate_sensor_noise
 from slipstick.engine.recordings import (
-    AT_INSTANTS,
     MEASURED,
     Part,
     Recorded,
@@ -24,7 +23,7 @@ from slipstick.engine.trajectory import Trajectory, solve
 from slipstick.errors import InvalidValue
 from slipstick.machine.declaration import Block, Machine, Namespace, as_tuple, identifier_of
 from slipstick.machine.runs import Runs
-from slipstick.machine.system import States, system_of
+from slipstick.machine.system import AT_INSTANTS, States, system_of
 from slipstick.numerics.equal_steps import require_equal_steps
 
 _LOOSE = 0.3
@@ -147,7 +146,9 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
                     disturbances={identifier_of(each.name): Noise(each.disturbance, _SLOW)
                                   for each in block.quantities if each.disturbance > 0})
         if block.states and may_pass_on:
-            part = _read_commands(part, {name: profile.at(instants) for name, profile in profiles.items()})
+            exact = {identifier_of(name): profile.at(instants) for name, profile in profiles.items()}
+            part = replace(part, system=part.system.read_at_instants(exact), inputs={
+                **part.inputs, **{AT_INSTANTS + name: value for name, value in exact.items()}})
         # A simulation of the whole machine goes on to the end, to be shown.
         return part if is_free else _draw(part, _DRAWN * runs.step, driving, beyond).end()
 
@@ -173,21 +174,6 @@ def _passes_on(nominal: Trajectory, commands: Iterable[str]) -> bool:
     """Return whether an output changes with a command at the same instant."""
     prefix = AT_INSTANTS if nominal.problem.system.states else ""
     return any(nominal.direction("input", prefix + identifier_of(name), 1.0).D.any() for name in commands)
-
-
-def _read_commands(part: Part, commands: Mapping[str, np.ndarray]) -> Part:
-    """Return a part whose outputs read `commands` (n, K) themselves at each instant.
-
-    Its rates read the lines between instants that are closest to them, which are off by up to half of a jump beside it.
-    """
-    read = {identifier_of(name): AT_INSTANTS + identifier_of(name) for name in commands}
-
-    def output(x: Any, u: Any, q: Any, p: Any) -> Any:
-        named = {**vars(u), **{name: getattr(u, exact) for name, exact in read.items()}}
-        return part.system.output(x, Namespace(**named), q, p)
-
-    inputs = {**part.inputs, **{AT_INSTANTS + identifier_of(name): value for name, value in commands.items()}}
-    return replace(part, system=replace(part.system, output=output), inputs=inputs)
 
 
 def _draw(part: Part, time: float, smooth: Mapping[str, np.ndarray], beyond: Mapping[str, np.ndarray]) -> Part:

@@ -25,8 +25,6 @@ _LATEST = 4
 """Samples behind one that counts on which it may depend: a signal is read late or early by some, between samples."""
 MEASURED = "measured: "
 """What the name of an input has before that of the state that is drawn to it: no identifier has this."""
-AT_INSTANTS = "at instants: "
-"""What the name of an input has before that of the command whose values outputs read: no identifier has this."""
 
 
 @dataclass(frozen=True, eq=False)

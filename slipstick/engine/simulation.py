@@ -12,7 +12,7 @@ from slipstick.machine.declaration import SENSOR, Machine, identifier_of
 from slipstick.machine.experiments import Experiments, require_simulated
 from slipstick.machine.runs import Profile, Runs
 from slipstick.machine.runs_file import units_of
-from slipstick.machine.system import System, system_of
+from slipstick.machine.system import AT_INSTANTS, System, system_of
 from slipstick.machine.whole import compose
 
 FINE = 4
@@ -32,7 +32,13 @@ def simulate(machine: Machine, time: np.ndarray, commands: Mapping[str, Profile]
     block = compose(machine).blocks[0]
     system, count = system_of(block), _count_runs(commands, values)
     instants = np.linspace(time[0], time[-1], fine * (len(time) - 1) + 1)
-    inputs = {identifier_of(name): profile.at(instants) for name, profile in commands.items() if name in block.reads}
+    lines = {name: profile.approximate(instants) if block.states else profile.at(instants)
+             for name, profile in commands.items()}
+    inputs = {identifier_of(name): values for name, values in lines.items() if name in block.reads}
+    if block.states:
+        exact = {identifier_of(name): profile.at(instants) for name, profile in commands.items() if name in block.reads}
+        system = system.read_at_instants(exact)
+        inputs |= {AT_INSTANTS + name: value for name, value in exact.items()}
     inputs.setdefault("time", np.broadcast_to(instants, (count, len(instants))))
     names = [*(each.name for each in block.parameters),
              *(each.name for each in machine.conditions if each.name in block.reads)]
@@ -48,7 +54,7 @@ def simulate(machine: Machine, time: np.ndarray, commands: Mapping[str, Profile]
             place = block.states.index(on) if law.jumps else None
             inner.append(OwnLaw("quantity", quantity, on, law.x, law.change, place))
         else:
-            quantities[quantity] = quantities[quantity] + _evaluate(law, commands, values, instants)
+            quantities[quantity] = quantities[quantity] + _evaluate(law, lines, values, instants)
     problem = Problem(system, float(instants[1] - instants[0]), inputs, quantities, parameters, tuple(inner))
     outputs = solve(problem).outputs[:, :, ::fine]
     return {name: outputs[:, place] for place, name in enumerate(block.signals)}
@@ -103,15 +109,15 @@ def _value_of(machine: Machine, name: str, values: Mapping[str, float | np.ndarr
     return value
 
 
-def _evaluate(law: Law, commands: Mapping[str, Profile], values: Mapping[str, float | np.ndarray],
+def _evaluate(law: Law, commands: Mapping[str, np.ndarray], values: Mapping[str, float | np.ndarray],
               instants: np.ndarray) -> np.ndarray:
-    """Return a law (n, K), or (n, 1) over what is constant in a run."""
+    """Return a law (n, K), or (n, 1) over what is constant in a run; `commands` are (n, K)."""
     on = law.pair[1]
     if law.kind == "past" and on.removeprefix("past ") in commands:
         variable = law.variable(float(instants[1] - instants[0]))
-        return variable.weigh(law.change, commands[on.removeprefix("past ")].at(instants))
+        return variable.weigh(law.change, commands[on.removeprefix("past ")])
     if on in commands:
-        return law.at(commands[on].at(instants))
+        return law.at(commands[on])
     if on == "time":
         return law.at(instants - instants[0])[None]
     if on in values:

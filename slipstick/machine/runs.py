@@ -30,14 +30,16 @@ class Profile:
         Equations that are driven by these lines lack nothing of the integral of a command whose corners lie between
         the instants.
         """
-        values = self.at(time)
+        distinct, rows = np.unique(np.stack([self.time, self.value], axis=1), axis=0, return_inverse=True)
+        profile = Profile(distinct[:, 0], distinct[:, 1])
+        values = profile.at(time)
         if len(time) < 3:
-            return values
-        hats = np.array([_weigh_hats(*corners, time) for corners in zip(self.time, self.value, strict=True)])
+            return values[rows]
+        hats = np.array([_weigh_hats(*corners, time) for corners in zip(profile.time, profile.value, strict=True)])
         hats[:, [0, -1]] -= values[:, [0, -1]] / 6  # the command itself at both ends
         bands = np.array([[1 / 6], [2 / 3], [1 / 6]]) * np.ones(len(time) - 2)
         values[:, 1:-1] = scipy.linalg.solve_banded((1, 1), bands, hats.T).T
-        return values
+        return values[rows]
 
 
 def _weigh_hats(corners: np.ndarray, values: np.ndarray, time: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
 """The equations of a block, or of a whole machine, as functions of arrays: what the engine integrates."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,8 @@ from slipstick.machine.declaration import Block, Namespace, identifier_of
 Values = Mapping[str, Any]
 """Arrays that broadcast against each other, by identifier."""
 States = tuple[np.ndarray, ...]
+AT_INSTANTS = "at instants: "
+"""What the name of an input has before that of the command whose values outputs read: no identifier has this."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +36,19 @@ class System:
         """Return the namespace of states, with the sides of those that switch."""
         named = dict(zip(self.states, x, strict=True))
         return Namespace(**named, **{f"{self.states[place]}_side": side for place, side in sides.items()})
+
+    def read_at_instants(self, commands: Iterable[str]) -> "System":
+        """Return the system whose output reads `commands` (identifiers) themselves at each instant.
+
+        The rates read lines between instants that are closest to them, which are off by up to half of a jump beside it.
+        """
+        read = {name: AT_INSTANTS + name for name in commands}
+
+        def output(x: Any, u: Any, q: Any, p: Any) -> Any:
+            named = {**vars(u), **{name: getattr(u, exact) for name, exact in read.items()}}
+            return self.output(x, Namespace(**named), q, p)
+
+        return replace(self, output=output)
 
 
 def system_of(block: Block) -> System:

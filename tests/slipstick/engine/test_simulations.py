@@ -60,6 +60,27 @@ def test_two_tanks_are_those_of_scipy() -> None:
         np.testing.assert_allclose(simulated[name], level, atol=1e-6)
 
 
+def test_a_ramp_of_a_command_may_be_shorter_than_a_step() -> None:
+    """The lag of a ramp, in closed form, and the command itself beside it."""
+    lag, width, time = 0.05, 2e-3, np.linspace(0, 1, 101)
+    block = Block("valve", gives=("flow", "demand"), reads=("voltage",), states=("flow",))
+    block.rate(lambda x, u, q, p: (u.voltage - x.flow) / lag)
+    block.output(lambda x, u, q, p: (x.flow, u.voltage))
+    machine = Machine("valve", (block,), (Sensor("flow", ""), Sensor("demand", "")), commands=(Command("voltage", ""),))
+    begin = np.random.default_rng(1).uniform(0.1, 0.8, (20, 1))
+    corners = np.concatenate([0 * begin, begin, begin + width, 0 * begin + 1], axis=1)
+    profile = Profile(corners, np.tile([0.0, 0.0, 1.0, 1.0], (20, 1)))
+
+    def follow(since: np.ndarray) -> np.ndarray:
+        return np.where(since > 0, since - lag * -np.expm1(-np.maximum(since, 0) / lag), 0) / width
+
+    simulated, since = simulate(machine, time, {"voltage": profile}, {}), time - begin
+    off = np.abs(simulated["flow"] - (follow(since) - follow(since - width)))
+    assert off.max() < 3e-3  # 6.5e-3 where rates read the command at the steps
+    assert off[since > 0.02].max() < 2e-5  # 3.2e-3
+    np.testing.assert_array_equal(simulated["demand"], profile.at(time))
+
+
 def test_values_are_taken_of_all_runs_or_of_each() -> None:
     exact = integrate_tanks(lambda *_: 0.0, gain=1.1e-3)
     for gain in (1.1e-3, np.full(3, 1.1e-3)):

@@ -31,6 +31,12 @@ def test_a_command_with_its_corners_on_instants_is_what_it_is() -> None:
     np.testing.assert_allclose(profile.approximate(TIME), profile.at(TIME), atol=1e-12)
 
 
+def test_runs_with_the_same_command_have_the_same_lines() -> None:
+    rows = np.array([2, 0, 2, 1, 0])
+    repeated = Profile(PROFILE.time[rows], PROFILE.value[rows])
+    np.testing.assert_array_equal(repeated.approximate(TIME), PROFILE.approximate(TIME)[rows])
+
+
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_few_instants(count: int) -> None:
     values = PROFILE.approximate(TIME[:count])
