@@ -10,6 +10,9 @@ from slipstick.errors import InvalidValue
 from slipstick.machine.declaration import Block, Machine, Namespace, as_tuple, identifier_of
 from slipstick.machine.system import read_states
 
+_TRIED = np.ones((1, 1))
+"""A value of one run at one instant, by which outputs are tried."""
+
 
 def compose(machine: Machine) -> Machine:
     """Return the machine with one block that has the equations of all, driven by what none of them gives.
@@ -64,13 +67,13 @@ def _merge(machine: Machine, merged: Sequence[Block], name: str) -> Block:
 def sort_blocks(blocks: tuple[Block, ...]) -> tuple[Block, ...]:
     """Return blocks in the order in which their outputs can be computed: those that pass an input on come behind it.
 
-    A block with an output of its own may pass on each signal that it reads; one that gives states passes nothing
-    on. Raises `InvalidValue` for an algebraic loop, with the names of its signals.
+    A block with an output of its own passes on the signals that this reads; one that gives states passes nothing on,
+    nor do rates. Raises `InvalidValue` for an algebraic loop, with the names of its signals.
     """
     left, ordered = list(blocks), list[Block]()
     while left:
         waiting = {signal for block in left for signal in block.signals}
-        ready = [block for block in left if block.output_function is None or not waiting & set(block.reads)]
+        ready = [block for block in left if not _passes_on(block, waiting & set(block.reads))]
         if not ready:
             loop = ", ".join(f"'{signal}'" for block in left for signal in block.signals)
             raise InvalidValue(f"The signals {loop} form an algebraic loop: each is computed from another one of them",
@@ -78,6 +81,22 @@ def sort_blocks(blocks: tuple[Block, ...]) -> tuple[Block, ...]:
         ordered += ready
         left = [block for block in left if block not in ready]
     return tuple(ordered)
+
+
+def _passes_on(block: Block, signals: Collection[str]) -> bool:
+    """Return whether the output of a block reads one of the signals: whether it cannot be computed without them."""
+    if block.output_function is None or not signals:
+        return False
+    states = {identifier_of(name) for name in block.states} | {f"{identifier_of(name)}_side" for name in block.switches}
+    x, u, q, p = (Namespace(**dict.fromkeys(map(identifier_of, names), _TRIED)) for names in (
+        states, set(block.reads) - set(signals), [each.name for each in block.quantities],
+        [*(each.name for each in block.parameters), *block.reads]))  # conditions are read like parameters
+    try:
+        with np.errstate(all="ignore"):
+            block.output_function(x, u, q, p)
+    except Exception:  # for the want of a signal, or for another reason that tells nothing of them
+        return True
+    return False
 
 
 def _name_signals(blocks: tuple[Block, ...], x: Any, u: Any, q: Any, p: Any) -> Namespace:

@@ -165,6 +165,25 @@ def test_a_loop_through_a_state_is_none() -> None:
     np.testing.assert_allclose(taken["a"][0], 1 - taken["b"][0], atol=1e-12)
 
 
+@pytest.mark.parametrize("first", ["controller", "drum"])
+def test_a_loop_is_none_where_an_output_does_not_read_what_its_rates_read(first: str) -> None:
+    controller = Block("controller", gives="torque", reads=("command", "speed"), states=("integral",),
+                       rate_function=lambda x, u, q, p: u.command - u.speed,
+                       output_function=lambda x, u, q, p: x.integral + 2 * (u.command - u.speed))
+    drum = Block("drum", gives=("speed", "angle"), reads=("torque",), states=("turns", "momentum"),
+                 parameters=(Parameter("inertia", value=1.0),), quantities=(Quantity("loss"),),
+                 rate_function=lambda x, u, q, p: (x.momentum / p.inertia, u.torque - q.loss),
+                 output_function=lambda x, u, q, p: (x.momentum / p.inertia, 2 * np.pi * x.turns))
+    time = np.linspace(0, 4, 81)
+    blocks = (controller, drum) if first == "controller" else (drum, controller)
+    taken = simulate(plant(*blocks), time, {"command": Profile(np.zeros((1, 1)), np.ones((1, 1)))}, {})
+    np.testing.assert_allclose(taken["speed"][0], 1 - np.exp(-time) * (1 - time), atol=1e-6)
+    np.testing.assert_allclose(taken["torque"][0], np.exp(-time) * (2 - time), atol=1e-6)
+    joined = compose(plant(*blocks))
+    loop = plant(*joined.blocks, passing("c", "speed"))
+    assert [block.name for block in sort_blocks(loop.blocks)] == ["whole", "c"]
+
+
 def test_states_of_one_name_in_two_blocks_are_refused() -> None:
     blocks = [Block(name, gives=name, states=("x",), rate_function=lambda x, u, q, p: -x.x) for name in "ab"]
     with pytest.raises(InvalidValue, match="Two blocks of the machine 'plant' have a state 'x'"):
