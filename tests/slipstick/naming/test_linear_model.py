@@ -11,7 +11,15 @@ from scipy.optimize import minimize
 from scipy.stats import multivariate_normal
 
 from slipstick.clutch.model import Model
-from slipstick.engine.linear_model import Fitted, Gram, estimate, likelihood, marginalise, solve
+from slipstick.engine.linear_model import (
+    Fitted,
+    Gram,
+    estimate,
+    likelihood,
+    marginalise,
+    restricted_likelihood,
+    solve,
+)
 from slipstick.naming.evidence import FOLDS, Table, gains, table
 from slipstick.naming.fit import BlockFit, fit
 from slipstick.naming.linear_model import Further, Joint, Part, columns_of, joined, part_of
@@ -139,6 +147,21 @@ def test_equal_columns_share_a_variance_and_an_empty_one_keeps_its_own() -> None
     empty = estimate(replace(some, random=some.random * [1.0, 0.0]).gram(), VARIANCE)
     assert empty.variance[1] == VARIANCE[1]
     assert empty.variance[0] != once.variance[0]
+
+
+@pytest.mark.parametrize(("seed", "unlike"), [(12, 0.01), (30, 0.03), (0, 0.01)])
+def test_steps_do_not_end_where_nearly_equal_columns_would_leave_their_bounds(seed: int, unlike: float) -> None:
+    rng = np.random.default_rng(seed)
+    column = 30 * rng.standard_normal((12, K))
+    random = np.stack([column, column * (1 + unlike * rng.standard_normal((12, 1)))], axis=2)
+    residual = 0.1 * rng.standard_normal((12, 1)) * column + rng.standard_normal((12, K))
+    gram = Problem(random, np.empty((12, K, 0)), residual).gram(np.ones(Q), np.zeros(Q), widest=1.0)
+    best = minimize(lambda roots: -restricted_likelihood(gram, np.minimum(roots**2, 1.0)), np.full(Q, 0.1),
+                    method="Powell", options={"xtol": 1e-6, "ftol": 1e-10})
+    for begin in ([1e-4, 1e-4], [1.0, 1.0], [1e-6, 1.0], [0.3, 0.1], [1e-3, 1.0]):
+        found = estimate(gram, np.array(begin)).variance
+        assert restricted_likelihood(gram, found) > -best.fun - 1e-2
+        assert np.all((found >= 0) & (found <= 1))
 
 
 def test_no_variance_is_found_where_there_is_none_and_it_is_where_there_is() -> None:
