@@ -284,7 +284,10 @@ def _step(at: _Restricted, variance: np.ndarray, largest: np.ndarray) -> np.ndar
         scale = 1 / np.sqrt(np.diag(at.information)[free])
         values, axes = np.linalg.eigh(at.information[np.ix_(free, free)] * np.outer(scale, scale))
         root = np.sqrt(np.maximum(values, 0) + _RIDGE)
-        bounds = -variance[free] / scale, (largest - variance)[free] / scale
-        step[free] = scale * scipy.optimize.lsq_linear(
-            root[:, None] * axes.T, axes.T @ (scale * at.slope[free]) / root, bounds, "bvls").x
+        factor, here, most = root[:, None] * axes.T, variance[free] / scale, largest[free] / scale
+        aim = factor @ here + axes.T @ (scale * at.slope[free]) / root
+        there, _ = scipy.optimize.nnls(factor, aim)
+        if (there > most).any():
+            there = scipy.optimize.lsq_linear(factor, aim, (0, most), "bvls").x  # takes ten times as long
+        step[free] = scale * (there - here)
     return step
