@@ -31,6 +31,9 @@ Where the integrated noise of an input exceeds all that is left of a signal, its
 _KEPT = 0.8
 """Share of the smallest values in a standard deviation that jumps do not reach. The median absolute value would be a
 multiple of the resolution of the sensor."""
+_EDGE = scipy.special.ndtri(0.5 + 0.5 * _KEPT)
+_KEPT_VARIANCE = 1 - 2 * _EDGE * np.exp(-_EDGE**2 / 2) / np.sqrt(2 * np.pi) / _KEPT
+"""Magnitude below which these values of a standard normal variable are, and their variance."""
 _SECOND_ERROR = 6.0
 """Sampling variance of the logarithm of the robust variance of second differences, times the number of samples: 1.8
 times that of independent normal values (correlation of neighbouring differences, and the values that are left out)."""
@@ -275,10 +278,7 @@ def robust_std(values: np.ndarray) -> float:
     """Standard deviation of normal values from the smallest ones."""
     squares = values.ravel() ** 2
     kept = int(_KEPT * len(squares))
-    edge = scipy.stats.norm.ppf(0.5 + 0.5 * _KEPT)
-    # The share of the variance that the smallest values of a normal variable have.
-    share = 1 - 2 * edge * scipy.stats.norm.pdf(edge) / _KEPT
-    return float(np.sqrt(np.partition(squares, kept)[:kept].mean() / share))
+    return float(np.sqrt(np.partition(squares, kept)[:kept].mean() / _KEPT_VARIANCE))
 
 
 def filter_variance(taps: np.ndarray, rho: float) -> float:

@@ -59,8 +59,7 @@ def _merge(machine: Machine, merged: Sequence[Block], name: str) -> Block:
         window=_join_windows(merged, given))
     whole.rate(_join_rates(blocks))
     whole.start(_join_starts(blocks))
-    whole.output(lambda x, u, q, p: tuple(getattr(_name_signals(blocks, x, u, q, p), identifier_of(signal))
-                                          for signal in given))
+    whole.output(_join_outputs(blocks, given))
     return whole
 
 
@@ -99,20 +98,37 @@ def _passes_on(block: Block, signals: Collection[str]) -> bool:
     return False
 
 
-def _name_signals(blocks: tuple[Block, ...], x: Any, u: Any, q: Any, p: Any) -> Namespace:
-    """Return all inputs and the signals that blocks give, by identifier."""
-    known = Namespace(**vars(u))
-    for block in blocks:
-        values = (block.output_function or read_states(block))(x, known, q, p)
-        for signal, value in zip(block.signals, as_tuple(values), strict=True):
-            if not hasattr(known, identifier_of(signal)):  # which a block before it gives
-                setattr(known, identifier_of(signal), value)
-    return known
+def _name_signals(blocks: tuple[Block, ...]) -> Callable[[Any, Any, Any, Any], Namespace]:
+    """Return a function that returns all inputs and the signals that blocks give, by identifier."""
+    givers = [(block.output_function or read_states(block), [identifier_of(signal) for signal in block.signals])
+              for block in blocks]
+
+    def name(x: Any, u: Any, q: Any, p: Any) -> Namespace:
+        known = Namespace(**vars(u))
+        for give, signals in givers:
+            for signal, value in zip(signals, as_tuple(give(x, known, q, p)), strict=True):
+                if not hasattr(known, signal):  # which a block before it gives
+                    setattr(known, signal, value)
+        return known
+
+    return name
+
+
+def _join_outputs(blocks: tuple[Block, ...], given: tuple[str, ...]) -> Callable[[Any, Any, Any, Any], Any]:
+    name, signals = _name_signals(blocks), [identifier_of(signal) for signal in given]
+
+    def output(x: Any, u: Any, q: Any, p: Any) -> tuple[Any, ...]:
+        known = name(x, u, q, p)
+        return tuple(getattr(known, signal) for signal in signals)
+
+    return output
 
 
 def _join_rates(blocks: tuple[Block, ...]) -> Callable[[Any, Any, Any, Any], Any]:
+    name = _name_signals(blocks)
+
     def rate(x: Any, u: Any, q: Any, p: Any) -> tuple[Any, ...]:
-        known, rates = _name_signals(blocks, x, u, q, p), list[Any]()
+        known, rates = name(x, u, q, p), list[Any]()
         for block in blocks:
             if block.rate_function is not None:
                 rates += as_tuple(block.rate_function(x, known, q, p))

@@ -56,7 +56,7 @@ def test_a_line_has_no_limit_that_only_noise_asks_for() -> None:
     stated = Parameter("gain", "N m/A", value=0.5, scatter=0.0, within=1e-4)
     machine = replace(declare(), blocks=(replace(declare().blocks[0], parameters=(stated,)),),
                       sensors=(Sensor("torque", "N m", without=("current", "torque")),))
-    for seed in range(4):
+    for seed in range(2):
         rng, corners = np.random.default_rng(seed), np.tile([0.0, 0.5, 1.0], (RUNS, 1))
         current = Profile(corners, rng.uniform(-4.5, 4.5, (RUNS, 3)))
         torque = GAIN * current.at(TIME) + NOISE * rng.standard_normal((RUNS, len(TIME)))
@@ -70,14 +70,14 @@ def test_a_line_has_no_limit_that_only_noise_asks_for() -> None:
 
 
 def test_a_lag_of_a_sensor_has_any_time_and_is_stated_with_the_clock() -> None:
-    rng, time, fine = np.random.default_rng(5), 4.3 * (TIME[1] - TIME[0]), 20
-    corners, values = np.tile(np.linspace(0, 1, 12), (RUNS, 1)), rng.uniform(-4.5, 4.5, (RUNS, 12))
+    rng, n, time, fine = np.random.default_rng(5), 12, 4.3 * (TIME[1] - TIME[0]), 20
+    corners, values = np.tile(np.linspace(0, 1, 12), (n, 1)), rng.uniform(-4.5, 4.5, (n, 12))
     current = Profile(corners, values)
     instants = np.linspace(0, 1, fine * (len(TIME) - 1) + 1)
     torque = np.stack([
         lsim(([GAIN], [time, 1.0]), each - each[0], instants)[1] + GAIN * each[0] for each in current.at(instants)])
-    runs = Runs(TIME, {"torque": torque[:, ::fine] + NOISE * rng.standard_normal((RUNS, len(TIME)))},
-                {"current": current}, order=np.arange(float(RUNS)))
+    runs = Runs(TIME, {"torque": torque[:, ::fine] + NOISE * rng.standard_normal((n, len(TIME)))},
+                {"current": current}, order=np.arange(float(n)))
     fitted, = identify(prepare(declare(), runs)).fits
     kind = find_kind(fitted, ("torque sensor", "lag"))
     assert kind is not None

@@ -11,7 +11,7 @@ from slipstick.engine.preparation import prepare
 from slipstick.engine.selection import identify, settle
 from slipstick.engine.settings import EngineSettings
 from slipstick.engine.simulation import simulate
-from slipstick.engine.study import estimate_parameters, fit_parameters, study
+from slipstick.engine.study import _confirm, estimate_parameters, fit_parameters, identify_runs
 from slipstick.errors import InvalidValue
 from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Runs, Sensor, list_experiments
 
@@ -69,15 +69,16 @@ def deviation_of(fitted: Fit, inertia: float = INERTIA) -> float:
 
 def test_a_strong_effect_is_no_noise_of_the_input_and_the_whole_machine_confirms_it() -> None:
     """Taken off with the noise, the effect would be in the columns, and other laws named."""
-    answer = study(MEASURED, record(Noise(1.0, 0.0), drag=4e-3, seed=1))
-    (finding,), confirmation = answer.identification.findings, answer.confirmation
+    runs = record(Noise(1.0, 0.0), drag=4e-3, seed=1)
+    named = identify_runs(MEASURED, runs)
+    (finding,), confirmation = named.findings, _confirm(MEASURED, runs, None, named, lambda _: None)
     # What a sensor reads too much is a drag.
     assert {finding.pair, *finding.rivals} == {("drag torque", "speed"), ("torque sensor", "speed")}
     assert confirmation is not None
     assert confirmation.gap.closed is not None
     assert confirmation.control_gap.closed is not None
     assert confirmation.gap.closed > 0.9 > confirmation.control_gap.closed
-    assert confirmation.fit.recorded.parts[0].noise == answer.identification.fits[0].recorded.parts[0].noise
+    assert confirmation.fit.recorded.parts[0].noise == named.fits[0].recorded.parts[0].noise
 
 
 def test_a_calibration_is_not_biased_by_the_noise_of_an_input() -> None:

@@ -30,7 +30,7 @@ def predict(part: Part) -> np.ndarray:
     return solve(pose_nominal(part)).outputs[:, 0, ::part.fine]
 
 
-@pytest.mark.parametrize("late", [0.0, 0.001, 0.004, 0.008])
+@pytest.mark.parametrize("late", [0.0, 0.004])
 def test_nothing_is_missing_where_an_output_without_states_follows_jumps_of_a_command(late: float) -> None:
     coil = Block("coil", gives="force", reads=("current",), parameters=(Parameter("constant", "N/A", value=10.0),),
                  quantities=(Quantity("share", relative=True), Quantity("stray", "N")))
@@ -67,7 +67,7 @@ def test_an_output_beside_states_reads_the_command_itself_at_the_instant_of_a_ju
     assert np.abs(predicted - signal).max() < 0.01
 
 
-@pytest.mark.parametrize("late", [0.0, 0.009])
+@pytest.mark.parametrize("late", [pytest.param(0.0, marks=pytest.mark.slow), 0.009])
 def test_the_clock_of_an_output_that_jumps_is_found_from_afar(late: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """A fit that begins at half a sample ends there: the samples beside a jump do not tell of the way."""
     profile = command()
