@@ -73,6 +73,7 @@ def test_no_scatter_is_found_where_there_is_none_and_intervals_are_narrow() -> N
     assert np.all(np.diff(none.interval)[:, 0] < 0.5 * np.diff(some.interval)[:, 0])
 
 
+@pytest.mark.slow
 def test_intervals_widen_with_fewer_runs() -> None:
     few, many = calibrated(COMPACT, 6), calibrated(COMPACT, 3)
     ratio = np.diff(few.interval)[:, 0] / np.diff(many.interval)[:, 0]
@@ -82,7 +83,7 @@ def test_intervals_widen_with_fewer_runs() -> None:
 def test_a_missing_effect_raises_chi_square_although_every_run_has_its_own_parameters() -> None:
     hidden = NOMINAL.with_effect("stribeck_friction", STRIBECK)
     conditions = HEAVY.conditions.take(range(0, 216, 12))
-    time, rng = np.arange(0.0, 2.0, 0.002), np.random.default_rng(7)
+    time, rng = np.arange(0.0, 2.0, 0.004), np.random.default_rng(7)
     true = ensemble.signals(hidden, conditions, time)
     noisy = [getattr(true, name)[0] + rng.normal(0, HEAVY.sensors[name].noise or 0, (len(conditions), len(time)))
              for name in SIGNAL_UNITS]

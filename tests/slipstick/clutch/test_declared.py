@@ -23,11 +23,11 @@ from tests.benches import BENCHES, HEAVY, TABLES
 
 @pytest.fixture(scope="module")
 def recorded() -> Recorded:
-    """Twelve of the shipped recordings, cut at the plates."""
+    """Six of the shipped recordings, cut at the plates."""
     recordings = Recordings.open(TABLES / "measured.h5")
     scene = Scene.of(HEAVY, recordings, NamingSettings())
     whole = prepare(declare(HEAVY), runs_of(HEAVY, recordings, scene.slipping, scene.locked), values_of(HEAVY))
-    return next(group for group in whole.groups() if group.parts[0].name == "clutch").take(np.arange(12))
+    return next(group for group in whole.groups() if group.parts[0].name == "clutch").take(np.arange(6))
 
 
 def _plates(bench: Bench) -> Block:

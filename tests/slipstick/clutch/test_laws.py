@@ -80,10 +80,11 @@ def test_agrees_with_the_reference_implementation(bench: Bench, quantity: str, d
     time, signals = errors(nominal.with_law(law), conditions, fastest)
     assert time < 1e-5
     assert signals < 2e-4
-    without, default, tight = (ensemble.shifting_times(model, conditions, accuracy=accuracy)[0] for model, accuracy in (
-        (nominal, ensemble.DEFAULT), (nominal.with_law(law), ensemble.DEFAULT), (nominal.with_law(law), FINEST)))
+    without, default = (ensemble.shifting_times(model, conditions)[0] for model in (nominal, nominal.with_law(law)))
     assert np.nanmax(np.abs(default - without)) > 1e-4
-    assert np.nanmax(np.abs(default - tight)) < 2e-4
+    few = conditions.take(range(0, len(conditions), 6))
+    tight = ensemble.shifting_times(nominal.with_law(law), few, accuracy=FINEST)[0]
+    assert np.nanmax(np.abs(default[:, ::6] - tight)) < 2e-4
 
 
 @pytest.mark.parametrize(("quantity", "depends_on"), OF_SENSOR, ids=[" over ".join(pair) for pair in OF_SENSOR])

@@ -99,19 +99,30 @@ def test_a_measured_law_does_as_well_as_the_formula(fits: Callable) -> None:  # 
     assert gains[1] > 0.8 * gains[0]
 
 
+@pytest.fixture(scope="module")
+def saturating(traced: Traced) -> tuple[SimulationFit, SimulationFit, Callable[[SimulationFit], SimulationFit]]:
+    """Fits to recordings with a drag that saturates, with a formula that does not and without, and how one goes on."""
+    law = replace(LAW, change=tuple(100 * (1 - np.exp(-speed / 15)) for speed in SPEEDS))
+    traces, points = traced(replace(NOMINAL, laws=(law,)))
+    formulas, refused = (fit_simulation(traces, Terms(HEAVY, names), points)
+                         for names in (("quadratic_load_drag",), ()))
+    return formulas, refused, lambda fit: with_measured_laws(fit, refused, {"quadratic_load_drag": law}, points, enough)
+
+
 def test_a_measured_law_takes_the_place_of_a_formula_only_where_it_describes_the_recordings_better(
-        traced: Traced, fits: Callable) -> None:  # type: ignore[type-arg]
-    saturating = replace(LAW, change=tuple(100 * (1 - np.exp(-speed / 15)) for speed in SPEEDS))
-    traces, points = traced(replace(NOMINAL, laws=(saturating,)))
-    formulas = fit_simulation(traces, Terms(HEAVY, ("quadratic_load_drag",)), points)
-    refused = fit_simulation(traces, Terms(HEAVY), points)
-    after = with_measured_laws(formulas, refused, {"quadratic_load_drag": saturating}, points, enough)
+        saturating: Any) -> None:
+    formulas, _, measure = saturating
+    after = measure(formulas)
     assert after.block.terms.names == ("load torque ~ output speed",)
     assert after.values[0] == pytest.approx(1.0, abs=0.05)
     wide, narrow = (predict(one, 1).square[:, 2].mean() for one in (formulas, after))
     assert narrow < 0.5 * wide
-    added = with_measured_laws(refused, refused, {"quadratic_load_drag": saturating}, points, enough)
-    assert added.evidence.sum() == pytest.approx(after.evidence.sum(), abs=1)
+
+
+@pytest.mark.slow
+def test_a_measured_law_is_added_where_the_formula_was_refused(saturating: Any) -> None:
+    formulas, refused, measure = saturating
+    assert measure(refused).evidence.sum() == pytest.approx(measure(formulas).evidence.sum(), abs=1)
 
 
 def test_a_formula_whose_fit_ended_elsewhere_begins_again_before_a_law_takes_its_place(

@@ -43,16 +43,14 @@ def test_parameters_beside_a_law_give_back_the_constant_up_to_which_it_is_known(
 def test_a_fit_finds_an_effect_that_parameters_have_taken_and_its_error_is_that_of_their_scatter(
         without: SimulationFit) -> None:
     """The effect differs between engagements only: what differs in them by chance is how well it can be known."""
-    fits = [fit_simulation(without.block.traces, TERMS, points)
-            for points in (without.fitted.points, np.zeros_like(without.fitted.points))]
+    fit = fit_simulation(without.block.traces, TERMS, without.fitted.points)
     motor_speed = without.block.scene.recordings.conditions.motor_speed
     scatter = np.hypot(SCATTER["current_gain"], SCATTER["pressure_bias"] * 0.1)
     least = scatter / np.sqrt(len(motor_speed)) / np.std(200 / motor_speed)
-    for fit in fits:
-        error = float(np.sqrt(fit.covariance[0, 0]))
-        assert 0.3 * least < error < 4 * least  # the scatter of 24 engagements is known roughly
-        assert fit.values[0] == pytest.approx(DROOP, abs=3 * error)
-        assert fit.evidence.sum() > without.evidence.sum() + 12
+    error = float(np.sqrt(fit.covariance[0, 0]))
+    assert 0.3 * least < error < 4 * least  # the scatter of 24 engagements is known roughly
+    assert fit.values[0] == pytest.approx(DROOP, abs=3 * error)
+    assert fit.evidence.sum() > without.evidence.sum() + 12
 
 
 def test_differences_do_not_tell_an_effect_from_parameters_that_do_the_same(without: SimulationFit) -> None:
