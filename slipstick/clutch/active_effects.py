@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slipstick.clutch import effects
-from slipstick.clutch.effects.effect import SENSORS, Effect
+from slipstick.clutch.effects.effect import SENSORS
 from slipstick.clutch.lanes import (
     EFFECT_STATE_SIZE,
     FULL_STATE_SIZE,
@@ -39,14 +39,16 @@ def active_effects(coefficients: np.ndarray, laws: Sequence[MeasuredLaw] = ()) -
     """Effects that are not neutral in at least one of the coefficient vectors (m, c), and the laws of all of them."""
     flags = np.zeros(MEMORY_FLAG + 1, np.bool_)
     indices, shortest = [np.empty(0, np.int64)], np.full(len(coefficients), np.inf)
-    for position, effect in enumerate(effects.CATALOGUE):
-        if effect.quantity in SENSORS or not _is_active(effect, coefficients):
+    differs = np.any(coefficients != effects.neutral(), axis=0)
+    for position, (effect, span) in enumerate(effects.spans()):
+        # Most effects have neutral coefficients, which one comparison of all shows.
+        if effect.quantity in SENSORS or not any(differs[span]) or effect.is_neutral(coefficients[:, span]):
             continue
         flags[[position, QUANTITY_FLAG[effect.quantity]]] = True
         flags[MEMORY_FLAG] |= effect.memory is not None
-        indices.append(np.arange(effects.span(effect).start, effects.span(effect).stop))
+        indices.append(np.arange(span.start, span.stop))
         if effect.time_constant is not None:
-            shortest = np.minimum(shortest, effect.time_constant(*_columns(effect, coefficients)))
+            shortest = np.minimum(shortest, effect.time_constant(*coefficients[:, span].T))
     for law in laws:
         flags[[LAW_FLAG, QUANTITY_FLAG[law.quantity]]] = True
         flags[[LAW_MEMORY_FLAG, MEMORY_FLAG]] |= law.depends_on in LAW_MEMORIES
@@ -58,17 +60,9 @@ def active_effects(coefficients: np.ndarray, laws: Sequence[MeasuredLaw] = ()) -
 
 def sensor_reading(signal: np.ndarray, sensor: str, sample_times: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
     """Reading of `sensor` for a signal (m, ..., k) at `sample_times` (k,) in s, with coefficient vectors (m, c)."""
-    for effect in effects.CATALOGUE:
-        if effect.quantity == sensor and _is_active(effect, coefficients):
+    for effect, span in effects.spans():
+        if effect.quantity == sensor and not effect.is_neutral(coefficients[:, span]):
             shape = (len(coefficients), *[1] * (signal.ndim - 1))
-            columns = tuple(column.reshape(shape) for column in _columns(effect, coefficients))
+            columns = tuple(column.reshape(shape) for column in coefficients[:, span].T)
             signal = effect.formula(signal, sample_times, columns)
     return signal
-
-
-def _is_active(effect: Effect, coefficients: np.ndarray) -> bool:
-    return not effect.is_neutral(coefficients[:, effects.span(effect)])
-
-
-def _columns(effect: Effect, coefficients: np.ndarray) -> tuple[np.ndarray, ...]:
-    return tuple(coefficients[:, effects.span(effect)].T)

@@ -5,6 +5,7 @@ To add an effect, copy a file, change it, and run the tests; no other file chang
 
 import importlib
 import pkgutil
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from slipstick.clutch.effects.effect import Coefficient, Effect, check_pair
 from slipstick.clutch.effects.shape import Shape
 from slipstick.errors import InvalidValue, UnknownName
 
-__all__ = ["CATALOGUE", "Coefficient", "Effect", "Shape", "find", "index", "matching", "neutral", "span"]
+__all__ = ["CATALOGUE", "Coefficient", "Effect", "Shape", "find", "index", "matching", "neutral", "span", "spans"]
 
 _NO_EFFECTS = ("effect", "shape")
 _FILES = sorted(module.name for module in pkgutil.iter_modules(__path__) if module.name not in _NO_EFFECTS)
@@ -68,6 +69,11 @@ def index(effect: str, coefficient: str) -> int:
 
 def span(effect: Effect) -> slice:
     """Slice of the coefficient vector that holds the coefficients of `effect`, of the catalogue or on a bench."""
-    place = [entry.name for entry in CATALOGUE].index(effect.name)
-    first = sum(len(entry.coefficients) for entry in CATALOGUE[:place])
-    return slice(first, first + len(effect.coefficients))
+    return next(place for entry, place in spans() if entry.name == effect.name)
+
+
+def spans() -> Iterator[tuple[Effect, slice]]:
+    """The effects, each with the slice of the coefficient vector that holds its coefficients."""
+    first = 0
+    for effect in CATALOGUE:
+        yield effect, slice(first, first := first + len(effect.coefficients))
