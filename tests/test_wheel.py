@@ -18,6 +18,7 @@ import pytest
 
 from slipstick.interface.study import Study
 from slipstick.recordings import Recordings
+from slipstick.table import Table
 from tests.test_licences import BUNDLES, licence_texts
 
 ROOT = Path(__file__).parents[1]
@@ -125,33 +126,21 @@ def test_the_packages_are_those_of_the_wheel(run: Run) -> None:
         assert "ModuleNotFoundError" in ran.stderr
 
 
-def test_every_module_of_the_wheel_can_be_imported(run: Run) -> None:
-    """So no module imports another by its name in the repository, `worker.plan` for `slipstick_worker.plan`."""
-    code = """
-import importlib, pkgutil, slipstick, slipstick_service, slipstick_worker
-for package in (slipstick, slipstick_service, slipstick_worker):
-    for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
-        if not module.name.endswith(".__main__"):
-            importlib.import_module(module.name)
-            print(module.name)
-"""
-    assert {"slipstick.bench.reader", "slipstick_service.routes.fits", "slipstick_worker.study"} <= set(
-        run("python", "-c", code).stdout.split())
+def test_no_module_imports_another_by_its_name_in_the_repository() -> None:
+    """`worker.plan` is `slipstick_worker.plan` in the wheel: modules name each other relatively."""
+    absolute = re.compile(r"^\s*(from|import) (service|worker)\b", re.MULTILINE)
+    paths = [path for folder in FOLDERS.values() for path in (ROOT / folder).rglob("*.py")]
+    assert len(paths) > 300
+    assert [path for path in paths if absolute.search(path.read_text())] == []
 
 
-def test_python_has_benches_recordings_and_tables_in_any_folder(run: Run) -> None:
+def test_python_has_benches_and_recordings_in_any_folder(run: Run) -> None:
     code = """
-import numpy as np, slipstick
-bench, recordings = slipstick.Bench.open("heavy"), slipstick.Recordings.open("sample")
-print(bench.name, slipstick.Bench.open("compact.toml").name, len(recordings))
-axes = {"pressure_bias": (0.9, 1.1, 2), "initial_position": (0.9, 1.1, 2)}
-table = slipstick.build(bench, axes, conditions=recordings.take(np.arange(2)), out="table.h5", progress=False)
-print(*slipstick.Table.open("table.h5").times.shape)
-spread = slipstick.propagate(table, mean=[1, 1], std=[0.02, 0.02])
-within = (spread.mean > table.times.min(axis=(0, 1))) & (spread.mean < table.times.max(axis=(0, 1)))
-print(bool(np.all(within & (spread.std > 0))))
+import slipstick
+print(slipstick.Bench.open("heavy").name, slipstick.Bench.open("compact.toml").name)
+print(len(slipstick.Recordings.open("sample")))
 """
-    assert run("python", "-c", code).stdout.split("\n")[:3] == ["heavy compact 54", "2 2 2", "True"]
+    assert run("python", "-c", code).stdout == "heavy compact\n54\n"
 
 
 @pytest.mark.slow
@@ -199,11 +188,10 @@ def test_the_quickstart_runs_without_the_repository(run: Run, changes: dict[str,
     assert printed == expected
 
 
-def test_the_command_makes_a_table_in_any_folder(run: Run) -> None:
+def test_the_command_makes_a_table_in_any_folder(run: Run, empty: Path) -> None:
     run("slipstick", "build", "--bench", "heavy", "--axis", "pressure_bias=0.9:1.1:2", "--axis",
         "initial_position=0.9:1.1:2", "--out", "two.h5")
-    code = "import slipstick; print(*slipstick.Table.open('two.h5').times.shape)"
-    assert run("python", "-c", code).stdout == "2 2 216\n"
+    assert Table.open(empty / "two.h5").times.shape == (2, 2, 216)
 
 
 def test_what_does_not_exist_is_refused_in_one_line(run: Run) -> None:
