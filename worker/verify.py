@@ -98,8 +98,7 @@ def machine_error(table: Table, machine: BlackBoxDescription, path: Path | None,
         raise InvalidValue(f"'{path.name}' describes another machine or simulator than the table",
                            "Give the file from which the table was built, or build the table again")
     points = np.random.default_rng(seed).uniform(table.lower, table.upper, (count, len(table.axes)))
-    workers = Workers(file, os.cpu_count() or 1)
-    with workers.executor:
+    with Workers(file, os.cpu_count() or 1) as workers:
         direct, _ = workers.simulate(tuple(axis.name for axis in table.axes), points, file.cases)
     difference = table.interpolate(points, "error") - direct
     defined = difference[np.isfinite(difference)]

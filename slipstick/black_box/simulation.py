@@ -89,11 +89,26 @@ class Simulation:
 class Workers:
     """`count` workers that run simulations of a `file`: processes or threads, as of `start_executor`.
 
-    By default they are on this machine; `executor` is `count` others.
+    By default they are on this machine, and start when they are needed; `executor` is `count` others.
     """
 
     def __init__(self, file: BlackBox, count: int, executor: Executor | None = None) -> None:
-        self.file, self.count, self.executor = file, count, executor or start_executor(file, count)
+        self.file, self.count, self._executor = file, count, executor
+
+    @property
+    def executor(self) -> Executor:
+        """What runs the simulations, which this starts."""
+        if self._executor is None:
+            self._executor = start_executor(self.file, self.count)
+        return self._executor
+
+    def __enter__(self) -> "Workers":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End the workers that have started."""
+        if self._executor is not None:
+            self._executor.shutdown()
 
     def simulate(self, axes: tuple[str, ...], points: np.ndarray, cases: Cases) -> tuple[np.ndarray, np.ndarray]:
         """As `Simulation.simulate`, in the workers; raises `InvalidValue` also if one of them is killed."""
@@ -101,11 +116,13 @@ class Workers:
         simulator, count = self.file.simulator, 4 * self.count
         if isinstance(simulator, Declared):
             count = len(points) * len(cases) // simulator.most_runs + 1
+            if count == 1 and self._executor is None:  # a process takes a second to start
+                return simulation.simulate(points, cases)
         parts = np.array_split(points, max(1, min(len(points), count)))
         try:
             results = list(self.executor.map(simulation.simulate, parts, [cases] * len(parts)))
         except BrokenProcessPool as error:
-            self.executor = start_executor(self.file, self.count)
+            self._executor = None
             raise killed() from error
         return np.concatenate([outputs for outputs, _ in results]), np.concatenate([status for _, status in results])
 
@@ -117,8 +134,11 @@ def killed() -> InvalidValue:
 
 
 def start_executor(file: BlackBox, count: int) -> Executor:
-    """`count` processes for a Python callable or a declared machine, threads for others, which have processes."""
-    if not isinstance(file.simulator, Function | Declared):
+    """`count` processes for a Python callable or a declared machine, threads for others, which have processes.
+
+    A single one is a thread for a declared machine, too: no time limit ends its runs.
+    """
+    if not isinstance(file.simulator, Function | Declared) or (count == 1 and isinstance(file.simulator, Declared)):
         return ThreadPoolExecutor(count)
     return start_processes(count)
 

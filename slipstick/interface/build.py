@@ -98,8 +98,8 @@ def build(machine: BenchLike | BlackBox, axes: Spans | None = None, *, model: Mo
         if executor is None:
             compile_simulator(runs.model, runs.conditions)
     total = runs.chunks[-1].stop * len(runs.conditions)
-    with (say_compilation(), running(machine, threads, executor) as given, resumable(path),
-          counting(progress) as count):
+    most = min(threads or os.cpu_count() or 1, len(runs.chunks))
+    with (say_compilation(), running(machine, most, executor) as given, resumable(path), counting(progress) as count):
         table = build_grid(runs, path, given, lambda done, resumed: count(done, total, items, resumed))
     if isinstance(runs, BlackBoxRuns):
         for line in runs.failures(table.status.reshape(-1, len(runs.conditions))):

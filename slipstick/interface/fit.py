@@ -262,8 +262,7 @@ def _task(simulator: Table | Bench | BlackBox, recordings: Measured, parameters:
         compile_simulator(subject, recordings.conditions)
         require_match(recordings, simulator, subject)
     else:
-        workers = Workers(simulator, os.cpu_count() or 1)
-        stack.enter_context(workers.executor)
+        workers = stack.enter_context(Workers(simulator, os.cpu_count() or 1))
         subject = simulator.description
         problem = machine_problem(subject, lambda points, cases: workers.simulate(tuple(parameters), points, cases)[0],
                                   recordings, parameters)

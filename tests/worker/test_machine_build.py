@@ -303,7 +303,7 @@ def test_a_worker_runs_no_simulator_that_it_was_not_given(trouble: Path, monkeyp
     file = BlackBox.open(trouble / "machine.toml")
     workers = Workers(file, 1)
     monkeypatch.setitem(simulators._workers, file.description.digest, workers)
-    with workers.executor:
+    with workers:
         model = Simulators({file.description.digest: file}).of_machine(file.description, ["a"])
         np.testing.assert_allclose(model(np.array([[0.7], [1.2]]), file.cases)[:, :2], [[0.7, 1.4], [1.2, 2.4]])
     with pytest.raises(InvalidValue, match="work --machine"):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import slipstick
-from slipstick.black_box import BlackBox, Measurements, measure_runs
+from slipstick.black_box import BlackBox, Measurements, Workers, measure_runs
 from slipstick.black_box.declared import Declared, open_once
 from slipstick.engine import simulation
 from slipstick.errors import BadMachine, BadRecording, InvalidValue, SlipstickError, UnknownName
@@ -171,6 +171,17 @@ def test_a_build_simulates_many_runs_at_once(monkeypatch: pytest.MonkeyPatch) ->
     direct = own(machine, planned.time, planned.commands,
                  {**planned.conditions, "resistance value": 0.85, "dry torque": 0.015 * 1.25})
     np.testing.assert_allclose(table.times[1, 6], evaluate_output(machine.outputs[0], planned.time, direct), rtol=1e-9)
+
+
+def test_runs_of_one_call_start_no_process(lag: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("slipstick.black_box.simulation.start_processes", lambda count: 1 / 0)
+    file = BlackBox.open(lag)
+    table = build(file, {"gain": (0.8, 1.2, 3)}, threads=8, progress=False)
+    with Workers(file, 8) as workers:
+        outputs, _ = workers.simulate(("gain",), np.linspace(0.8, 1.2, 3)[:, None], file.cases)
+    np.testing.assert_array_equal(outputs, table.times)
+    with Workers(file, 8) as workers, pytest.raises(ZeroDivisionError):  # more runs than those of one call
+        workers.simulate(("gain",), np.ones((file.simulator.most_runs, 1)), file.cases)
 
 
 # Recorded runs.

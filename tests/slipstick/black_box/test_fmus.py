@@ -120,8 +120,7 @@ def test_whole_numbers_are_conditions(slave: Path) -> None:
 
 def test_a_model_exchange_is_integrated_in_its_units(exchange: Path) -> None:
     file = read(exchange, EXCHANGE)  # m and ms here, mm and s there; duration and step are those of the FMU
-    workers = Workers(file, 1)
-    with workers.executor:
+    with Workers(file, 1) as workers:
         found, _ = workers.simulate(("gain", "constant"), np.array([[1.0, 1.0], [1.2, 0.5]]), file.cases)
     expected = [[gain * drive * (1 - np.exp(-2 / constant)) for drive in (1, 2)]
                 for gain, constant in ((2.0, 0.5), (2.4, 0.25))]
