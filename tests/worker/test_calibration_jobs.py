@@ -73,19 +73,21 @@ def test_a_worker_that_lacks_the_file_of_a_machine_leaves_its_calibration_to_oth
     assert bench.client.delete(f"{ADDRESS}/lacking").status_code == 204
 
 
-def test_a_calibration_survives_a_killed_worker_and_gives_the_result_of_the_function(
-        bench: Bench, direct: dict[str, Any]) -> None:
-    bench.post(ADDRESS, "killed-calibration", {"recordings": "fourteen"})
-    doing = bench.follow("killed-calibration", iterating, address=ADDRESS)["progress"]["doing"]
+@pytest.mark.parametrize("name", ["calibration", pytest.param("killed-calibration", marks=pytest.mark.slow)])
+def test_a_calibration_gives_the_result_of_the_function_also_after_its_worker_was_killed(
+        bench: Bench, direct: dict[str, Any], name: str) -> None:
+    bench.post(ADDRESS, name, {"recordings": "fourteen"})
+    doing = bench.follow(name, iterating, address=ADDRESS)["progress"]["doing"]
     assert "parameters, largest change" in doing
     renamed = bench.client.patch("/v1/benches/heavy", json={"name": "other"})
     assert renamed.status_code == 409
-    assert f"{ADDRESS}/killed-calibration" in renamed.json()["detail"]
-    bench.kill(bench.worker)
-    assert bench.client.get(f"{ADDRESS}/killed-calibration").json()["status"] == "running"
-    assert bench.client.get(f"{ADDRESS}/killed-calibration/result").status_code == 409
-    bench.work()
-    job = bench.follow("killed-calibration", ended, address=ADDRESS)
+    assert f"{ADDRESS}/{name}" in renamed.json()["detail"]
+    assert bench.client.get(f"{ADDRESS}/{name}/result").status_code == 409
+    if name == "killed-calibration":
+        bench.kill(bench.worker)
+        assert bench.client.get(f"{ADDRESS}/{name}").json()["status"] == "running"
+        bench.work()
+    job = bench.follow(name, ended, address=ADDRESS)
     assert (job["status"], job["bench"], job["machine"], job["progress"]["done"]) == ("done", "heavy", None, 1.0)
     finished = bench.client.get(job["links"]["result"])
     result = finished.json()["result"]
@@ -102,15 +104,15 @@ def test_a_calibration_survives_a_killed_worker_and_gives_the_result_of_the_func
     assert [entry["name"] for entry in pictures] == ["parameters"]
     assert bench.client.get(pictures[0]["href"], params={"format": "svg"}).text.startswith("<svg")
     report = bench.client.get(job["links"]["report"]).text
-    for said in ("<dd>killed-calibration</dd>", "friction coefficient", "90 % interval", "SHA-256", "N m/bar"):
+    for said in (f"<dd>{name}</dd>", "friction coefficient", "90 % interval", "SHA-256", "N m/bar"):
         assert said in report
     front = bench.client.get("/").text
     assert "Calibration to “fourteen” on the bench heavy" in front
     assert "parameters of the bench &#x27;heavy&#x27; fitted" in front
 
-    bench.post(ADDRESS, "killed-calibration", {"recordings": "fourteen"})  # the same request gives the same job
+    bench.post(ADDRESS, name, {"recordings": "fourteen"})  # the same request gives the same job
     entries = bench.client.get(ADDRESS).json()["calibrations"]
-    assert [entry["id"] for entry in entries].count("killed-calibration") == 1
+    assert [entry["id"] for entry in entries].count(name) == 1
     again = bench.client.post(ADDRESS, json={"recordings": "fourteen", "model": model.json()})
     assert again.json()["model_digest"] == Model.from_spec(model.json()).digest
     assert bench.client.post(f"{ADDRESS}/{again.json()['id']}/cancel").json()["status"] == "cancelled"

@@ -5,7 +5,7 @@ import logging
 import signal
 import sqlite3
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import closing, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -18,19 +18,20 @@ from job_processes import ENDLESS, SETTINGS, SHORT, Bench, ended, in_stage
 from slipstick.errors import InvalidValue
 from slipstick.inference.problems import table_problem
 from slipstick.recordings import Recordings
+from slipstick.storage.database import file_of, open_database
 from slipstick.storage.library import Library
 from slipstick.time_budget import TimeBudgetEnded
 from slipstick.uncertainty import fit
 from worker.__main__ import main
 from worker.work import is_unexpected
+from worker.worker_name import locked_name
 
 
 @pytest.fixture
-def bench(shared_bench: Bench) -> Iterator[Bench]:
-    shared_bench.run_both()
-    yield shared_bench
+def bench(shared_bench: Bench) -> Bench:
     shared_bench.run_both()
     shared_bench.cancel_all()
+    return shared_bench
 
 
 def study_in_stage(stage: str) -> Callable[[dict[str, Any]], bool]:
@@ -283,10 +284,13 @@ def stop_outside_a_transaction(bench: Bench) -> None:
 
 
 def test_a_name_is_one_worker_until_it_is_stopped(bench: Bench) -> None:
-    assert bench.launch("worker", "work", **bench.environment).wait(timeout=60) == 1
+    engine, file = open_database(bench.environment["SLIPSTICK_JOBS"]), file_of(bench.environment["SLIPSTICK_JOBS"])
     bench.submit("endless", **ENDLESS)
-    before = bench.follow("endless", in_stage("search", 1))
+    bench.follow("endless", in_stage("search", 1))
+    with pytest.raises(InvalidValue, match="A worker named 'worker-1' is already running"), \
+            locked_name("worker-1", engine, file):
+        pass
     bench.worker.terminate()
     assert bench.worker.wait(timeout=10) == 0
-    bench.work()
-    bench.follow("endless", in_stage("search", before["progress"]["generation"] + 5))
+    with locked_name("worker-1", engine, file):
+        assert bench.client.get("/v1/fits/endless").json()["status"] == "running"  # it waits for the name
