@@ -38,11 +38,9 @@ def says(text: str) -> Callable[[subprocess.Popen[str], Path], bool]:
 
 
 @pytest.mark.parametrize(("command", "when", "last"), [
-    ("worker study tables/measured.h5", imports_numpy, "Interrupted."),
-    ("worker study tables/measured.h5", says("step 1"), "Interrupted."),
-    ("worker build --out OUT/table.h5", imports_numpy, "Interrupted."),
+    ("worker study sample", imports_numpy, "Interrupted."),
+    ("worker study sample", says("step 1"), "Interrupted."),
     ("worker build --machine OUT/machine.toml --threads 2 --out OUT/table.h5", says(" runs"), "Stopped. Run the same"),
-    ("worker work --no-compile --jobs sqlite:///OUT/jobs.sqlite", imports_numpy, "Interrupted."),
     ("worker work --no-compile --jobs sqlite:///OUT/jobs.sqlite", says("is waiting"), "Stopped. Another"),
     ("service", imports_numpy, "Interrupted."),
     ("service", says("running on"), "Interrupted."),

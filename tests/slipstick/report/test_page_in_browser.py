@@ -28,7 +28,7 @@ STUDY = {"id": "first-study", "recordings": "<b>mine</b>", "recordings_digest": 
          "settings": asdict(StudySettings()), "submitted": None, "ended": None}
 HOSTILE = ("</script><script>window.taken = true</script>", "<img src=x onerror=\"window.taken = true\">")
 Shows = Callable[[str, int, int], None]
-SEVEN = tuple(f"input_{number}" for number in range(7))
+SEVEN = *HOSTILE, *(f"input_{number}" for number in range(5))
 
 
 @pytest.fixture
@@ -59,22 +59,19 @@ def shows(browser: webdriver.Chrome, requested: Callable[[], list[str]],
     return show
 
 
-@pytest.mark.parametrize(("axes", "n"), [(HOSTILE, 20), (("pressure_bias",), 20), (SEVEN, 20)],
-                         ids=["hostile", "one", "seven"])
+@pytest.mark.parametrize("axes", [("pressure_bias",), SEVEN], ids=["one", "seven"])
 def test_every_picture_of_a_fit_is_drawn_without_a_network(
-        shows: Shows, made: Callable[..., dict[str, Any]], axes: tuple[str, ...], n: int) -> None:
-    shows(page(FIT, made(axes, n)), len(CAPTIONS), 150)
+        shows: Shows, made: Callable[..., dict[str, Any]], axes: tuple[str, ...]) -> None:
+    shows(page(FIT, made(axes, 20)), len(CAPTIONS), 150)
 
 
-@pytest.mark.parametrize(("name", "hostile", "drawn"), [
-    ("friction", False, 7), ("friction", True, 7), ("nothing", False, 3), ("times", False, 1)])
+@pytest.mark.parametrize(("name", "drawn"), [("friction", 7), ("nothing", 3), ("times", 1)])
 def test_every_picture_of_a_study_is_drawn_without_a_network(
         shows: Shows, studied: Callable[[str], tuple[StudyResult, Figures]],
-        both_fits: dict[str, dict[str, Any]], name: str, hostile: bool, drawn: int) -> None:
+        both_fits: dict[str, dict[str, Any]], name: str, drawn: int) -> None:
     result, figures = studied(name)
-    if hostile:
-        named = dict.fromkeys(("title", "quantity", "depends_on"), HOSTILE[1])
-        result = replace(result, sentence=HOSTILE[0], findings=[replace(one, **named) for one in result.findings])
+    named = dict.fromkeys(("title", "quantity", "depends_on"), HOSTILE[1])
+    result = replace(result, sentence=HOSTILE[0], findings=[replace(one, **named) for one in result.findings])
     output = {"result": asdict(result), "figure_data": asdict(figures), "seconds": {}, "processor_seconds": {}}
     shows(study_page(STUDY, output, both_fits if name == "friction" else None), drawn, 140)
 
