@@ -1,13 +1,8 @@
-"""What an attacker tries: other host names, other sites, slow connections, and connections that delay the end."""
+"""What an attacker tries: other host names, other sites, and slow connections."""
 
 import asyncio
-import os
-import signal
 import socket
-import subprocess
 import time
-from collections.abc import Callable
-from pathlib import Path
 
 import httpx
 import pytest
@@ -112,25 +107,3 @@ def test_a_patient_client_is_served(client: httpx.Client, address: str) -> None:
             connection.sendall(part)
             time.sleep(0.1)
         assert connection.recv(1000).startswith(b"HTTP/1.1 200")
-
-
-def test_sigterm_ends_the_service_whatever_clients_do(shelf: Path, tmp_path: Path,
-                                                      launch: Callable[..., subprocess.Popen[bytes]]) -> None:
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        address = f"http://127.0.0.1:{free.getsockname()[1]}"
-    process = launch("service", SLIPSTICK_TABLES=str(shelf), SLIPSTICK_JOBS=f"sqlite:///{tmp_path}/jobs.sqlite",
-                     SLIPSTICK_PORT=address.rpartition(":")[2])
-    while True:
-        try:
-            httpx.get(f"{address}/v1").raise_for_status()
-            break
-        except httpx.TransportError:
-            assert process.poll() is None
-            time.sleep(0.05)
-    with connect(address) as idle, connect(address) as sending:
-        sending.sendall(b"POST /v1/evaluate HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 9\r\n\r\n{")
-        time.sleep(0.2)
-        os.kill(process.pid, signal.SIGTERM)
-        assert process.wait(timeout=5) in (0, -signal.SIGTERM)
-        assert idle.fileno() > 0

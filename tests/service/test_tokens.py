@@ -1,8 +1,12 @@
-"""Tokens: which request needs which role, who is refused and how, and that no token reaches the file or the log."""
+"""Tokens: which request needs which role, who is refused and how, and that no token reaches the file or the log.
+
+The service that shows this as a process has clients that would delay its end.
+"""
 
 import asyncio
 import hashlib
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -178,9 +182,9 @@ def test_without_tokens_only_the_loopback_address_is_served(tmp_path: Path, host
             tokens_of(Settings(host=host, tokens=given))
 
 
-def test_the_command_makes_a_token_that_works_and_the_log_has_its_name_only(
+def test_a_service_with_a_token_of_the_command_logs_its_name_only_and_ends_whatever_clients_do(
         shelf: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(sys, "argv", ["service", "token", "alice", "read"])
+    monkeypatch.setattr(sys, "argv", ["service", "token", "alice", "run"])
     assert main() == 0
     made = capsys.readouterr()
     token = made.err.split()[-1]
@@ -204,9 +208,15 @@ def test_the_command_makes_a_token_that_works_and_the_log_has_its_name_only(
                     time.sleep(0.05)
             assert httpx.get(address, headers={"Authorization": f"Bearer {token}"}).is_success
             assert httpx.get(address, headers={"Authorization": f"Bearer {token}x"}).status_code == 401
+            here = "127.0.0.1", port
+            with socket.create_connection(here), socket.create_connection(here) as sending:
+                sending.sendall("POST /v1/evaluate HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 9\r\n"
+                                f"Authorization: Bearer {token}\r\n\r\n{{".encode())
+                time.sleep(0.2)
+                process.terminate()
+                assert process.wait(timeout=5) in (0, -signal.SIGTERM)
         finally:
-            process.terminate()
-            process.wait()
+            process.kill()
     written = (tmp_path / "log").read_text()
     assert 'alice@127.0.0.1:' in written
     assert token not in written
