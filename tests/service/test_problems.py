@@ -131,9 +131,9 @@ def test_the_error_for_an_unsupported_method_names_the_supported_ones(client: ht
 
 
 def test_the_number_of_listed_validation_errors_is_limited(client: httpx.Client) -> None:
-    content = problem(client.post("/v1/evaluate", json={"points": [["x", "y"]] * 50_000, "conditions": [0]}), 422)
+    content = problem(client.post("/v1/evaluate", json={"points": [["x", "y"]] * 2_000, "conditions": [0]}), 422)
     assert len(content["errors"]) == 20
-    assert content["errors_left_out"] == 100_000 - 20
+    assert content["errors_left_out"] == 4_000 - 20
 
 
 def test_responses_and_computations_beyond_the_limits_are_rejected(client: httpx.Client) -> None:
