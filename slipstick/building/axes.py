@@ -66,4 +66,5 @@ def _require_range(subject: BlackBoxDescription, name: str, low: float, high: fl
     if low < entry.lower or high > entry.upper:
         raise InvalidValue(f"The axis {name} from {low:g} to {high:g} exceeds the range of the input, "
                            f"{entry.lower:g} to {entry.upper:g}",
-                           "Narrow the axis, or widen the range in the file of the machine")
+                           "Narrow the axis, or widen the range in the file of the machine: `range` of the input, or "
+                           "`scatter` or `within` of a parameter that is declared in Python")

@@ -216,7 +216,7 @@ def _describe_zero(finding: MachineFinding) -> str:
         if here * there <= 0 and here != there:
             zero = law.x[place] + (law.x[place + 1] - law.x[place]) * here / (here - there)
             unit, factor = units.scale(law.x_unit, max(map(abs, law.x)))
-            return (f"; beside the parameters of this report, it is 0 at a {argument(finding)} of "
+            return (f"; beside the parameters of this report, it is 0 where the {argument(finding)} is "
                     f"{units.with_unit(units.number(factor * zero), unit)}")
     return ""
 

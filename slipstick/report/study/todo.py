@@ -24,6 +24,8 @@ from slipstick.studies.settings import StudySettings
 
 TITLE = "What to do"
 _LABELS = {".csv": "CSV", ".mat": "MATLAB", ".mo": "Modelica", ".h": "C"}
+_PASSING = "time", "run order"
+"""What no run can be held at."""
 _UNITS = {"motor_speed": "rad/s", "load_inertia": "kg m²", "brake_torque": "N m"}
 
 
@@ -92,8 +94,9 @@ def find_weakest(finding: Changed, law: Law) -> str:
     at = max(range(len(width)), key=width.__getitem__)
     unit, factor = scale(law.x_unit, max(map(abs, law.x)))
     change, size = scale(law.unit, max(map(abs, law.change)), law.relative)
+    runs = "More runs" if finding.depends_on in _PASSING else "Runs that stay there"
     return (f"The law is known least at {with_unit(number(factor * law.x[at]), unit)} of the {argument(finding)}: "
-            f"± {with_unit(number(size * width[at] / 2, 2), change)}. Runs that stay there improve it.")
+            f"± {with_unit(number(size * width[at] / 2, 2), change)}. {runs} improve it.")
 
 
 def describe_conditions(conditions: Mapping[str, list[float] | None]) -> str:

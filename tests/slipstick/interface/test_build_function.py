@@ -211,8 +211,9 @@ def test_a_black_box_has_all_inputs_as_axes_and_no_model(machine: BlackBox, tmp_
     for given in ({"model": NOMINAL}, {"conditions": FEW}, {"accuracy": "tight"}):
         with pytest.raises(InvalidValue, match=f"A black box takes no {next(iter(given))}"):
             quiet_build(machine, **given)
-    with pytest.raises(InvalidValue, match="exceeds the range of the input"):
+    with pytest.raises(InvalidValue, match="exceeds the range of the input") as beyond:
         quiet_build(machine, {"a": (0.1, 1.0, 3)})
+    assert "`scatter`" in beyond.value.remedy  # a declared machine has no range to widen
 
 
 def test_a_surrogate_is_trained_in_memory_and_written(machine: BlackBox, tmp_path: Path) -> None:

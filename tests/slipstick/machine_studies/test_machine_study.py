@@ -202,7 +202,7 @@ def test_the_box_has_conditions_new_parameters_and_numbers_of_the_law(studied: M
     assert finding.law.x is not None
     assert finding.law.formula is not None
     # Beside this value the law is 0 where the report says so: together they are the bench's cooling there.
-    zero = float(re.findall(r"it is 0 at a temperature of ([\d.]+) °C", text["Add:"])[0])
+    zero = float(re.findall(r"it is 0 where the temperature is ([\d.]+) °C", text["Add:"])[0])
     assert np.interp(zero, finding.law.x, finding.law.formula) == pytest.approx(0, abs=1e-3)
     assert transfer.value == pytest.approx(0.5 * (1 + SLOPE * (zero - 21)), rel=0.05)
     assert ("transfer", f"{transfer.value:#.4g} W/K", f"{transfer.lower:#.4g} to {transfer.upper:#.4g} W/K",

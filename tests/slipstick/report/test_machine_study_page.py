@@ -48,6 +48,20 @@ def tell_findings(result: MachineStudyResult) -> list[tuple[str, str]]:
             for part in section.parts if isinstance(part, Items) for entry in part.entries]
 
 
+def test_no_run_is_asked_to_stay_at_a_time_or_a_place_in_the_order() -> None:
+    for on, runs in (("run order", "More runs improve it"), ("time", "More runs improve it"),
+                     ("speed", "Runs that stay there improve it")):
+        told = dict(tell_advice(make_result(make_finding(("dry friction", on), "shaft", law=LAW))))
+        assert runs in told["Next experiment:"]
+
+
+def test_an_equation_is_zero_at_a_value_that_is_named_without_an_article() -> None:
+    law = replace(LAW, relative=True, unit="1", up_to="constant", formula=[0.01, 0.0, -0.03])
+    finding = replace(make_finding(("dry friction", "armature speed"), "shaft", law=law), equation="change = ...")
+    told = " ".join(text for _, text in tell_advice(make_result(finding)))
+    assert "it is 0 where the armature speed is" in told
+
+
 def test_what_a_law_is_over_has_the_words_of_the_machine() -> None:
     """Those of the clutch are of its own plates and shift commands."""
     assert [argument(make_finding(("friction torque", on), "shaft")) for on in ("slip", "time", "run order")] == [
