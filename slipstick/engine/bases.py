@@ -166,9 +166,10 @@ def place_knots(values: np.ndarray) -> np.ndarray:
     while np.gcd(stride, values.shape[-1]) > 1 and stride > 1:  # so that all instants are among them
         stride += 1
     levels = np.unique(values.ravel()[::stride] if values.ndim == 2 else values)
+    apart = levels[np.diff(levels, prepend=-np.inf) > EDGE * (levels[-1] - levels[0])]  # by more than rounding
     most = MOST if values.ndim == 2 else max(3, min(MOST, len(values) // _FEW_RUNS))
-    if len(levels) <= min(MOST, most):
-        return levels
+    if len(apart) <= min(MOST, most):
+        return apart
     ends = [OUTERMOST, 1 - OUTERMOST] if values.ndim == 2 else [0, 1]
     low, high = (float(end) for end in np.quantile(values, ends))
     even = np.linspace(low, high, most)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipstick.engine.bases import OUTERMOST, Variable, curve, lags, own_variable, past
+from slipstick.engine.bases import OUTERMOST, Variable, curve, lags, own_variable, past, place_knots
 from slipstick.engine.recordings import Pair, Part, Recorded
 from slipstick.machine.declaration import SENSOR, Quantity, identifier_of
 
@@ -131,6 +131,8 @@ def _over(recorded: Recorded, quantity: Quantity, size: float, name: str, parts:
             variable = own_variable(name, unit, values, name in part.block.switches)
         elif name in recorded.signals:
             variable = curve(name, unit, recorded.fine(name, part))
+            if name in recorded.runs.commands:  # the lines that are closest to one go beyond it beside its jumps
+                variable = replace(variable, knots=place_knots(recorded.signals[name]))
         else:
             return None
         for first in variables.values():

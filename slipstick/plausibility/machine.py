@@ -151,9 +151,17 @@ def _check_quantities(machine: Machine, experiments: Experiments, runs: Runs) ->
 
 
 def _check_parameters(machine: Machine, experiments: Experiments, runs: Runs) -> Iterator[Finding]:
-    """Yield parameters of which a large change is seen in no signal, such as a start that no function returns."""
+    """Yield parameters with shares of more than all, and those of which a large change is seen in no signal.
+
+    Such as a start that no function returns.
+    """
     for parameter in machine.parameters:
         value = parameter.value or 0.0
+        for what, share in (("scatter", parameter.scatter), ("within", parameter.within)):
+            if parameter.is_factor(value) and 1 < share < np.inf:
+                yield Finding(parameter.name, f"its `{what}` is {100 * share:g} % of its value",
+                              "a study takes what is missing for a change of it",
+                              f"Give a share, such as 0.05 for 5 %, or a `scale`, in units of which `{what}` then is")
         changed = value * (1 + _LARGE) if parameter.is_factor(value) else value + (parameter.scale or 1.0)
         if _is_same(simulate_runs(machine, experiments, {parameter.name: changed}), runs):
             yield Finding(parameter.name, "no signal changes with it in any experiment",

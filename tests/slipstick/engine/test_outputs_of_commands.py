@@ -1,9 +1,12 @@
 """Outputs that jump with a command, such as the voltage of a cell with its current."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from slipstick.engine import selection
+from slipstick.engine.laws import list_candidates
 from slipstick.engine.preparation import prepare
 from slipstick.engine.recordings import Part, pose_nominal
 from slipstick.engine.selection import identify, settle
@@ -52,6 +55,21 @@ def declare_fading() -> Machine:
     coil.rate(lambda x, u, q, p: u.current - x.heat)
     coil.output(lambda x, u, q, p: p.constant * u.current - p.fade * x.heat + q.stray)
     return Machine("coil", (coil,), (Sensor("force", "N"),), (Command("current", "A"),))
+
+
+def test_a_law_over_a_command_that_jumps_has_its_levels_as_knots() -> None:
+    """The lines that drive the equations go beyond them beside jumps between samples."""
+    lag = Block("lag", gives="force", reads=("current",), states=("force",),
+                quantities=(Quantity("stray", "N", over=("current",)),))
+    lag.rate(lambda x, u, q, p: u.current + q.stray - x.force)
+    machine = Machine("lag", (lag,), (Sensor("force", "N"),), (Command("current", "A"),))
+    profile = command()
+    levels = replace(profile, value=np.round(profile.value))
+    recorded = prepare(machine, record(levels.at(TIME), levels))
+    law, = (each for each in list_candidates(recorded, {part.name: {} for part in recorded.parts})
+            if each.pair == ("stray", "current"))
+    assert recorded.parts[0].inputs["current"].min() < -0.1
+    np.testing.assert_array_equal(law.variable.knots, np.unique(levels.value))
 
 
 def fade(profile: Profile, time: np.ndarray) -> np.ndarray:
