@@ -1,6 +1,7 @@
 """A block without states and without scatter: what one sensor reads is a function of what another one reads."""
 
 import numpy as np
+import pytest
 
 from slipstick.engine.noise import Noise, draw_noise
 from slipstick.engine.preparation import prepare
@@ -31,6 +32,7 @@ def test_nothing_is_named_where_nothing_is_missing() -> None:
     assert not answer.unexplained
 
 
+@pytest.mark.slow
 def test_an_error_of_the_input_over_its_signal_and_a_law_over_the_output_say_the_same() -> None:
     """The output is a monotonic function of the input."""
     answer = identify(prepare(declare(), record(1.0)))

@@ -56,7 +56,7 @@ def test_a_line_has_no_limit_that_only_noise_asks_for() -> None:
     stated = Parameter("gain", "N m/A", value=0.5, scatter=0.0, within=1e-4)
     machine = replace(declare(), blocks=(replace(declare().blocks[0], parameters=(stated,)),),
                       sensors=(Sensor("torque", "N m", without=("current", "torque")),))
-    for seed in range(2):
+    for seed in (1, 2):  # with 2, a saturation has the most evidence
         rng, corners = np.random.default_rng(seed), np.tile([0.0, 0.5, 1.0], (RUNS, 1))
         current = Profile(corners, rng.uniform(-4.5, 4.5, (RUNS, 3)))
         torque = GAIN * current.at(TIME) + NOISE * rng.standard_normal((RUNS, len(TIME)))
