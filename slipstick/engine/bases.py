@@ -169,7 +169,7 @@ def place_knots(values: np.ndarray) -> np.ndarray:
     apart = levels[np.diff(levels, prepend=-np.inf) > EDGE * (levels[-1] - levels[0])]  # by more than rounding
     most = MOST if values.ndim == 2 else max(3, min(MOST, len(values) // _FEW_RUNS))
     if len(apart) <= min(MOST, most):
-        return apart
+        return np.asarray(apart)
     ends = [OUTERMOST, 1 - OUTERMOST] if values.ndim == 2 else [0, 1]
     low, high = (float(end) for end in np.quantile(values, ends))
     even = np.linspace(low, high, most)

@@ -431,6 +431,8 @@ Change = Callable[[str], str]
      "half the step"),
     (lambda text: text.replace("np.maximum(u.air_speed, 0)", "np.nan_to_num(u.air_speed)").replace(
         "step=0.5", "step=5.0"), "plate", "its rate cannot be recorded: they call nan_to_num"),
+    (lambda text: text.replace("value=50.0)", "value=50.0, scatter=10.0)"), "heat capacity",
+     "its `scatter` is 1000 % of its value"),
 ])
 def test_a_check_tells_what_is_implausible(tmp_path: Path, capsys: pytest.CaptureFixture[str], change: Change, key: str,
                                            what: str) -> None:
