@@ -8,6 +8,7 @@ suddenly in a few samples, which are left out.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
 import scipy
@@ -31,7 +32,7 @@ Where the integrated noise of an input exceeds all that is left of a signal, its
 _KEPT = 0.8
 """Share of the smallest values in a standard deviation that jumps do not reach. The median absolute value would be a
 multiple of the resolution of the sensor."""
-_EDGE = scipy.special.ndtri(0.5 + 0.5 * _KEPT)
+_EDGE = NormalDist().inv_cdf(0.5 + 0.5 * _KEPT)
 _KEPT_VARIANCE = 1 - 2 * _EDGE * np.exp(-_EDGE**2 / 2) / np.sqrt(2 * np.pi) / _KEPT
 """Magnitude below which these values of a standard normal variable are, and their variance."""
 _SECOND_ERROR = 6.0
