@@ -12,13 +12,9 @@ import pytest
 T = TypeVar("T")
 Once = Callable[[str, Callable[[], Any]], Any]
 
-FIRST = ("service/test_openapi.py", "slipstick/naming/test_finer_laws.py", "slipstick/calibration/test_calibrate.py",
-         "slipstick/clutch/test_effects.py", "service/test_study_routes.py",
-         "slipstick/naming/test_unexplained_pressure.py", "worker/test_serve_jobs.py",
-         "evidence/test_regression.py", "evidence/test_suites.py", "evidence/test_generator.py",
-         "validation/test_naming_on_hidden_laws.py", "slipstick/clutch/test_laws.py",
-         "slipstick/naming/test_too_many_bad_engagements.py", "slipstick/naming/test_naming_threads.py",
-         "slipstick/naming/test_lags.py", "service/test_tokens.py", "slipstick/report/test_page_in_browser.py")
+FIRST = ("service/test_openapi.py", "worker/test_serve_jobs.py", "service/test_study_routes.py",
+         "slipstick/report/test_page_in_browser.py", "slipstick/machine_studies/test_machine_study.py",
+         "slipstick/calibration/test_calibrate.py")
 """The slowest files: started last, one of them would run alone at the end."""
 TOGETHER = {
     **dict.fromkeys(("service/test_openapi.py", "service/test_rest_page.py", "service/test_front_page.py",
