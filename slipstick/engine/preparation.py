@@ -146,9 +146,9 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
                     disturbances={identifier_of(each.name): Noise(each.disturbance, _SLOW)
                                   for each in block.quantities if each.disturbance > 0})
         if block.states and may_pass_on:
-            exact = {identifier_of(name): profile.at(instants) for name, profile in profiles.items()}
-            part = replace(part, system=part.system.read_at_instants(exact), inputs={
-                **part.inputs, **{AT_INSTANTS + name: value for name, value in exact.items()}})
+            system, exact = part.system.read_at_instants({
+                identifier_of(name): profile.at(instants) for name, profile in profiles.items()})
+            part = replace(part, system=system, inputs={**part.inputs, **exact})
         # A simulation of the whole machine goes on to the end, to be shown.
         return part if is_free else _draw(part, _DRAWN * runs.step, driving, beyond).end()
 

@@ -12,7 +12,7 @@ from slipstick.machine.declaration import SENSOR, Machine, identifier_of
 from slipstick.machine.experiments import Experiments, require_simulated
 from slipstick.machine.runs import Profile, Runs
 from slipstick.machine.runs_file import units_of
-from slipstick.machine.system import AT_INSTANTS, System, system_of
+from slipstick.machine.system import System, system_of
 from slipstick.machine.whole import compose
 
 FINE = 4
@@ -36,9 +36,9 @@ def simulate(machine: Machine, time: np.ndarray, commands: Mapping[str, Profile]
              for name, profile in commands.items()}
     inputs = {identifier_of(name): values for name, values in lines.items() if name in block.reads}
     if block.states:
-        exact = {identifier_of(name): profile.at(instants) for name, profile in commands.items() if name in block.reads}
-        system = system.read_at_instants(exact)
-        inputs |= {AT_INSTANTS + name: value for name, value in exact.items()}
+        system, exact = system.read_at_instants({identifier_of(name): profile.at(instants)
+                                                 for name, profile in commands.items() if name in block.reads})
+        inputs |= exact
     inputs.setdefault("time", np.broadcast_to(instants, (count, len(instants))))
     names = [*(each.name for each in block.parameters),
              *(each.name for each in machine.conditions if each.name in block.reads)]

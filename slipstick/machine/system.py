@@ -1,6 +1,6 @@
 """The equations of a block, or of a whole machine, as functions of arrays: what the engine integrates."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -37,8 +37,8 @@ class System:
         named = dict(zip(self.states, x, strict=True))
         return Namespace(**named, **{f"{self.states[place]}_side": side for place, side in sides.items()})
 
-    def read_at_instants(self, commands: Iterable[str]) -> "System":
-        """Return the system whose output reads `commands` (identifiers) themselves at each instant.
+    def read_at_instants(self, commands: Values) -> tuple["System", Values]:
+        """Return the system whose output reads `commands` (n, K) themselves at each instant, and these as its inputs.
 
         The rates read lines between instants that are closest to them, which are off by up to half of a jump beside it.
         """
@@ -48,7 +48,7 @@ class System:
             named = {**vars(u), **{name: getattr(u, exact) for name, exact in read.items()}}
             return self.output(x, Namespace(**named), q, p)
 
-        return replace(self, output=output)
+        return replace(self, output=output), {read[name]: values for name, values in commands.items()}
 
 
 def system_of(block: Block) -> System:

@@ -151,9 +151,9 @@ def _check_quantities(machine: Machine, experiments: Experiments, runs: Runs) ->
 
 
 def _check_parameters(machine: Machine, experiments: Experiments, runs: Runs) -> Iterator[Finding]:
-    """Yield parameters with shares of more than all, and those of which a large change is seen in no signal.
+    """Yield parameters that are known to no share of their values, and those of which no signal shows a large change.
 
-    Such as a start that no function returns.
+    The latter are such as a start that no function returns.
     """
     for parameter in machine.parameters:
         value = parameter.value or 0.0
