@@ -41,15 +41,23 @@ class Function:
 
         Raises `InvalidValue` if there is no such module.
         """
+        digest = hashlib.sha256(self._find_source().read_bytes()).hexdigest()
+        return f"Python callable {self.reference}, source {digest}"
+
+    def _find_source(self) -> Path:
+        """The file of the module: in the folder, also where one of its name was imported from another, or installed."""
         module = self.reference.partition(":")[0]
-        self._add_folder()
+        beside = Path(self.folder, *module.split("."))
+        for source in (beside.with_suffix(".py"), beside / "__init__.py"):
+            if source.is_file():
+                return source
         try:
             spec = importlib.util.find_spec(module)
         except (ImportError, ValueError) as error:
             raise _loading_error(self.reference, str(error)) from error
         if spec is None or not spec.origin or not Path(spec.origin).is_file():
             raise _loading_error(self.reference, f"there is no module '{module}' in {self.folder} or installed")
-        return f"Python callable {self.reference}, source {hashlib.sha256(Path(spec.origin).read_bytes()).hexdigest()}"
+        return Path(spec.origin)
 
     def run(self, inputs: Mapping[str, float], cases: Cases) -> list[float | NoResult]:
         """The output under each of the n conditions, NaN where there is none; raises `InvalidValue`."""

@@ -1,5 +1,7 @@
 """The file of a machine: what it says, and errors with key and line."""
 
+import sys
+import types
 from pathlib import Path
 
 import h5py
@@ -39,10 +41,11 @@ def test_a_machine_survives_its_spec(folder: Path) -> None:
     assert BlackBox.open(folder / "motor.toml").cases.described(0) == "voltage 12 V, inertia 0.002 kg m²"
 
 
-def test_the_digest_is_that_of_machine_and_simulator(folder: Path) -> None:
+def test_the_digest_is_that_of_machine_and_simulator(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     digest = read(folder).digest
     assert read(folder, ("# uncertain", "# ")).digest == digest
     assert read(folder, ('"1.2 ohm"', '"1.3 ohm"')).digest != digest
+    monkeypatch.setitem(sys.modules, "motor", types.ModuleType("motor"))  # as of another folder
     (folder / "motor.py").write_text("def run_up_time(**inputs):\n    return 2.0\n")
     assert read(folder).digest != digest
 
