@@ -112,7 +112,7 @@ def name(bench: Bench, recordings: Recordings, settings: NamingSettings | None =
     keep_part(now)
     # What laws explain is no error of a recording, and was no noise.
     most = int(settings.most_outlying * len(believed)) - (len(believed) - len(kept))
-    bad = outlying([fit.chi2 for fit in now.fits.values()] + start.chi_squares[len(now.fits):], settings)[:most]
+    bad = outlying([fit.chi2 for fit in now.all_fits.values()] + start.chi_squares[len(now.fits):], settings)[:most]
     noise = noise_left(start, now.fits)
     if len(bad) or _differ(noise, start.noise):
         now = now.again(whole, bad, noise, settings, ask)
