@@ -19,6 +19,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
+_MOST = 100
+"""Most iterations of a bounded step for each variance: it takes some two."""
 _STEPS, _HALVINGS = 40, 10
 """Most scoring steps, and most halvings of one. On 45 fits of the shipped recordings the steps ended after 2 to 9."""
 
@@ -232,12 +234,15 @@ class _Restricted(NamedTuple):
 
 
 def _most_likely(gram: Gram, variance: np.ndarray) -> np.ndarray:
-    """Variances (q,) of the largest restricted likelihood, by scoring with halved steps between 0 and the widest."""
+    """Variances (q,) of the largest restricted likelihood, by scoring with halved steps between 0 and the widest.
+
+    They are those that are given where these have none, as of equations that diverge.
+    """
     largest = gram.widest**2
     random, total = np.ascontiguousarray(gram.products[:, :gram.random]), gram.products.sum(axis=0)
     variance = np.minimum(variance, largest)
     here = _restricted(gram, random, total, variance)
-    for _ in range(_STEPS):
+    for _ in range(_STEPS if np.isfinite(here.likelihood) else 0):
         step, share = _step(here, variance, largest), 1.0
         for _ in range(_HALVINGS):
             tried = np.clip(variance + share * step, 0.0, largest)
@@ -286,7 +291,7 @@ def _step(at: _Restricted, variance: np.ndarray, largest: np.ndarray) -> np.ndar
         root = np.sqrt(np.maximum(values, 0) + _RIDGE)
         factor, here, most = root[:, None] * axes.T, variance[free] / scale, largest[free] / scale
         aim = factor @ here + axes.T @ (scale * at.slope[free]) / root
-        there, _ = scipy.optimize.nnls(factor, aim)
+        there, _ = scipy.optimize.nnls(factor, aim, maxiter=_MOST * len(aim))
         if (there > most).any():
             there = scipy.optimize.lsq_linear(factor, aim, (0, most), "bvls").x  # takes ten times as long
         step[free] = scale * (there - here)

@@ -164,6 +164,13 @@ def test_steps_do_not_end_where_nearly_equal_columns_would_leave_their_bounds(se
         assert np.all((found >= 0) & (found <= 1))
 
 
+def test_variances_stay_where_equations_diverge() -> None:
+    gram, begin = problem(1).gram(), np.full(Q, 0.1)
+    products = gram.products.copy()
+    products[3, :, -1] = np.nan
+    np.testing.assert_array_equal(estimate(replace(gram, products=products), begin).variance, begin)
+
+
 def test_no_variance_is_found_where_there_is_none_and_it_is_where_there_is() -> None:
     some = [problem(seed, 40, np.array([0.3, 0.0])).gram() for seed in range(30)]
     found = np.array([estimate(one, np.full(Q, 0.1)).variance for one in some])
