@@ -81,3 +81,16 @@ def test_an_engagement_that_only_the_clutch_does_not_explain_is_set_aside(
     monkeypatch.setattr(study, "outlying", outlying_in_clutch)
     assert study.name(HEAVY, few.recordings, settings).set_aside == (BAD,)
     assert judged == [FEW, *[FEW - 1] * 5]  # at last all blocks but full contact, for what is left
+
+
+def test_an_engagement_that_is_worse_only_beside_what_the_valve_explains_is_set_aside(
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    recordings = scene_of(HEAVY, Model(HEAVY.physics), 24, seed=1).recordings
+    assert recordings.signals is not None
+    since, pressure = (recordings.signals.time - 0.2) / 0.1, recordings.signals["pressure"].copy()
+    pressure[BAD] += 0.45 * np.sin(np.pi * np.clip(since, 0, 1))  # nine standard deviations of the noise, as it sticks
+    signals = replace(recordings.signals, pressure=pressure, input_speed=None, output_speed=None, output_torque=None)
+    monkeypatch.setattr(study, "implausible", lambda scene, fits: np.zeros(len(scene), bool))
+    named = study.name(HEAVY, replace(recordings, signals=signals))
+    assert named.set_aside == (BAD,)
+    assert not named.lacking
