@@ -227,6 +227,8 @@ def test_runs_of_something_else_are_refused(lag: Path) -> None:
         measure_runs(replace(runs, conditions={}), file)
     with pytest.raises(BadRecording, match="None of the 2 runs has the output rise_time"):
         measure_runs(runs.take(np.array([2, 3])), file)
+    nearly = replace(runs, time=runs.time[:-2], signals={"level": runs.signals["level"][:, :-2]})
+    assert len(measure_runs(nearly, BlackBox.open(lag, "mean")))  # a clock that is not even loses a sample at each end
     short = replace(runs, time=runs.time[:50], signals={"level": runs.signals["level"][:, :50]})
     with pytest.raises(BadRecording, match=r"take 0.49 s, and experiments of the machine 'lag' 2 s"):
         measure_runs(short, BlackBox.open(lag, "mean"))
