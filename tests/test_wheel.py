@@ -126,6 +126,20 @@ def test_the_packages_are_those_of_the_wheel(run: Run) -> None:
         assert "ModuleNotFoundError" in ran.stderr
 
 
+@pytest.mark.slow
+def test_every_module_of_the_wheel_can_be_imported(run: Run) -> None:
+    code = """
+import importlib, pkgutil, slipstick, slipstick_service, slipstick_worker
+for package in (slipstick, slipstick_service, slipstick_worker):
+    for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+        if not module.name.endswith(".__main__"):
+            importlib.import_module(module.name)
+            print(module.name)
+"""
+    assert {"slipstick.bench.reader", "slipstick_service.routes.fits", "slipstick_worker.study"} <= set(
+        run("python", "-c", code).stdout.split())
+
+
 def test_no_module_imports_another_by_its_name_in_the_repository() -> None:
     """`worker.plan` is `slipstick_worker.plan` in the wheel: modules name each other relatively."""
     absolute = re.compile(r"^\s*(from|import) (service|worker)\b", re.MULTILINE)

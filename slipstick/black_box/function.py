@@ -2,6 +2,7 @@
 
 import hashlib
 import importlib
+import importlib.machinery
 import importlib.util
 import signal
 import sys
@@ -47,12 +48,10 @@ class Function:
     def _find_source(self) -> Path:
         """The file of the module: in the folder, also where one of its name was imported from another, or installed."""
         module = self.reference.partition(":")[0]
-        beside = Path(self.folder, *module.split("."))
-        for source in (beside.with_suffix(".py"), beside / "__init__.py"):
-            if source.is_file():
-                return source
+        self._add_folder()
         try:
-            spec = importlib.util.find_spec(module)
+            beside = importlib.machinery.PathFinder.find_spec(module, [str(Path(self.folder, *module.split(".")[:-1]))])
+            spec = beside or importlib.util.find_spec(module)
         except (ImportError, ValueError) as error:
             raise _loading_error(self.reference, str(error)) from error
         if spec is None or not spec.origin or not Path(spec.origin).is_file():

@@ -132,9 +132,10 @@ class Variable:
         return out
 
 
-def curve(name: str, unit: str, values: np.ndarray) -> Variable:
-    """Return the variable of a signal (n, K), or of constants of runs (n,)."""
-    return Variable(name, unit, "between" if values.ndim == 1 else "curve", place_knots(values), values)
+def curve(name: str, unit: str, values: np.ndarray, like: np.ndarray | None = None) -> Variable:
+    """Return the variable of a signal (n, K), or of constants of runs (n,), with knots as for values `like` others."""
+    knots = place_knots(values if like is None else like)
+    return Variable(name, unit, "between" if values.ndim == 1 else "curve", knots, values)
 
 
 def own_variable(name: str, unit: str, like: np.ndarray, jumps: bool) -> Variable:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipstick.engine.bases import OUTERMOST, Variable, curve, lags, own_variable, past, place_knots
+from slipstick.engine.bases import OUTERMOST, Variable, curve, lags, own_variable, past
 from slipstick.engine.recordings import Pair, Part, Recorded
 from slipstick.machine.declaration import SENSOR, Quantity, identifier_of
 
@@ -130,9 +130,9 @@ def _over(recorded: Recorded, quantity: Quantity, size: float, name: str, parts:
                 return None
             variable = own_variable(name, unit, values, name in part.block.switches)
         elif name in recorded.signals:
-            variable = curve(name, unit, recorded.fine(name, part))
-            if name in recorded.runs.commands:  # the lines that are closest to one go beyond it beside its jumps
-                variable = replace(variable, knots=place_knots(recorded.signals[name]))
+            # The lines that are closest to a command go beyond it beside its jumps.
+            like = recorded.signals[name] if name in recorded.runs.commands else None
+            variable = curve(name, unit, recorded.fine(name, part), like)
         else:
             return None
         for first in variables.values():

@@ -32,8 +32,9 @@ def rehearse_clutch() -> None:
     """Study and fit every other engagement of the shipped sample."""
     bench, recordings, settings = *_sample(), StudySettings()
     named = examine(settings, bench, recordings)
-    conclude(settings, bench, recordings, {**named, "findings": []})  # a fit less for each: they run the same code,
-    lagged_signal(np.zeros((1, 2)), np.arange(2.0), np.zeros(1))  # but where a sensor lags
+    # Findings would be further fits by the same code, but for sensors that lag.
+    conclude(settings, bench, recordings, {**named, "findings": []})
+    lagged_signal(np.zeros((1, 2)), np.arange(2.0), np.zeros(1))
     table = build(bench, _AXES, conditions=recordings, progress=False)
     fit(table, recordings, progress=False, generations=2)
 

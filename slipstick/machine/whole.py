@@ -72,7 +72,7 @@ def sort_blocks(blocks: tuple[Block, ...]) -> tuple[Block, ...]:
     left, ordered = list(blocks), list[Block]()
     while left:
         waiting = {signal for block in left for signal in block.signals}
-        ready = [block for block in left if not _passes_on(block, waiting & set(block.reads))]
+        ready = [block for block in left if not _output_reads(block, waiting & set(block.reads))]
         if not ready:
             loop = ", ".join(f"'{signal}'" for block in left for signal in block.signals)
             raise InvalidValue(f"The signals {loop} form an algebraic loop: each is computed from another one of them",
@@ -82,7 +82,7 @@ def sort_blocks(blocks: tuple[Block, ...]) -> tuple[Block, ...]:
     return tuple(ordered)
 
 
-def _passes_on(block: Block, signals: Collection[str]) -> bool:
+def _output_reads(block: Block, signals: Collection[str]) -> bool:
     """Return whether the output of a block reads one of the signals: whether it cannot be computed without them."""
     if block.output_function is None or not signals:
         return False

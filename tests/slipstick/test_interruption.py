@@ -40,7 +40,10 @@ def says(text: str) -> Callable[[subprocess.Popen[str], Path], bool]:
 @pytest.mark.parametrize(("command", "when", "last"), [
     ("worker study sample", imports_numpy, "Interrupted."),
     ("worker study sample", says("step 1"), "Interrupted."),
+    pytest.param("worker build --out OUT/table.h5", imports_numpy, "Interrupted.", marks=pytest.mark.slow),
     ("worker build --machine OUT/machine.toml --threads 2 --out OUT/table.h5", says(" runs"), "Stopped. Run the same"),
+    pytest.param("worker work --no-compile --jobs sqlite:///OUT/jobs.sqlite", imports_numpy, "Interrupted.",
+                 marks=pytest.mark.slow),
     ("worker work --no-compile --jobs sqlite:///OUT/jobs.sqlite", says("is waiting"), "Stopped. Another"),
     ("service", imports_numpy, "Interrupted."),
     ("service", says("running on"), "Interrupted."),

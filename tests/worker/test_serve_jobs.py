@@ -294,3 +294,14 @@ def test_a_name_is_one_worker_until_it_is_stopped(bench: Bench) -> None:
     assert bench.worker.wait(timeout=10) == 0
     with locked_name("worker-1", engine, file):
         assert bench.client.get("/v1/fits/endless").json()["status"] == "running"  # it waits for the name
+
+
+@pytest.mark.slow
+def test_a_job_goes_on_after_its_worker_was_stopped_and_no_second_one_of_its_name_starts(bench: Bench) -> None:
+    bench.submit("stopped", **ENDLESS)
+    before = bench.follow("stopped", in_stage("search", 1))
+    assert bench.launch("worker", "work", **bench.environment).wait(timeout=60) == 1
+    bench.worker.terminate()
+    assert bench.worker.wait(timeout=10) == 0
+    bench.work()
+    bench.follow("stopped", in_stage("search", before["progress"]["generation"] + 5))

@@ -1,7 +1,9 @@
 """The file of a machine: what it says, and errors with key and line."""
 
+import hashlib
 import sys
 import types
+from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 
 import h5py
@@ -48,6 +50,9 @@ def test_the_digest_is_that_of_machine_and_simulator(folder: Path, monkeypatch: 
     monkeypatch.setitem(sys.modules, "motor", types.ModuleType("motor"))  # as of another folder
     (folder / "motor.py").write_text("def run_up_time(**inputs):\n    return 2.0\n")
     assert read(folder).digest != digest
+    compiled = folder / f"motor{EXTENSION_SUFFIXES[0]}"
+    (folder / "motor.py").rename(compiled)
+    assert read(folder).simulator.endswith(hashlib.sha256(compiled.read_bytes()).hexdigest())
 
 
 def test_an_um_bridge_model_takes_its_arguments_by_name(folder: Path) -> None:

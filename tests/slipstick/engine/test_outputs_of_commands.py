@@ -33,7 +33,7 @@ def predict(part: Part) -> np.ndarray:
     return solve(pose_nominal(part)).outputs[:, 0, ::part.fine]
 
 
-@pytest.mark.parametrize("late", [0.0, 0.004])
+@pytest.mark.parametrize("late", [0.0, 0.004, *(pytest.param(late, marks=pytest.mark.slow) for late in (0.001, 0.008))])
 def test_nothing_is_missing_where_an_output_without_states_follows_jumps_of_a_command(late: float) -> None:
     coil = Block("coil", gives="force", reads=("current",), parameters=(Parameter("constant", "N/A", value=10.0),),
                  quantities=(Quantity("share", relative=True), Quantity("stray", "N")))
