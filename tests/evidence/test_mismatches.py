@@ -22,7 +22,8 @@ def require_none(suite: str, seed: int, folder: Path) -> None:
 
 
 @pytest.mark.parametrize(("suite", "seed"), [
-    ("nothing_missing", 102), ("wrong_parameter", 103), ("faulty_recordings", 103), ("missing_signals", 103)])
+    ("nothing_missing", 102), ("wrong_parameter", 103), ("missing_signals", 103),
+    pytest.param("faulty_recordings", 103, marks=pytest.mark.slow)])
 def test_no_case_without_an_effect_is_refused(suite: str, seed: int, tmp_path: Path) -> None:
     require_none(suite, seed, tmp_path)
 

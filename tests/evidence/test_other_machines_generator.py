@@ -250,7 +250,7 @@ def test_a_seed_determines_a_case() -> None:
     assert not np.array_equal(case_of(0).runs.corner_value[0], case_of(10).runs.corner_value[0])
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_files_are_read_without_the_project(seed: int, tmp_path: Path) -> None:
     case, folder = case_of(seed), tmp_path / f"other_machines-{seed}"
     write_machine_case(folder, case)

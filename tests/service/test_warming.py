@@ -34,6 +34,7 @@ def test_what_a_likelihood_needs_is_compiled_ahead() -> None:
         assert function.signatures
 
 
+@pytest.mark.slow
 def test_the_start_does_not_wait_for_libraries_that_a_propagation_needs_and_warming_imports_them() -> None:
     code = f"import service.server; {LOADED}; from service.warming import warm; warm(); {LOADED}"
     start, warmed = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True,

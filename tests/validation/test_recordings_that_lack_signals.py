@@ -36,7 +36,7 @@ def effects_of(found: Naming) -> list[str]:
 
 
 @pytest.mark.parametrize(("effects", "without", "blocks"), [
-    (["quadratic_load_drag"], ["pressure"], ["load", "input", "lock"]),
+    pytest.param(["quadratic_load_drag"], ["pressure"], ["load", "input", "lock"], marks=pytest.mark.slow),
     (["supply_droop"], ["input_speed", "output_speed", "output_torque"], ["valve"]),
     (["supply_droop"], ["input_speed", "output_speed"], ["valve"]),
     pytest.param(["converter_lag"], ["pressure", "output_speed"], ["input"], marks=pytest.mark.slow),

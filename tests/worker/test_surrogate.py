@@ -55,6 +55,7 @@ def test_the_stated_error_is_confirmed_at_other_points(path, six_conditions):
     assert surrogate.error.points == HELD_OUT
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_surrogate_on_any_number_of_threads(path, recordings, tmp_path, six_conditions):
     assert run_command(recordings, tmp_path / "b.h5", *SMALL, "--threads", "1") == 0
     assert Table.open(tmp_path / "b.h5").digest == Table.open(path).digest

@@ -80,6 +80,7 @@ def test_intervals_widen_with_fewer_runs() -> None:
     assert 1.1 < np.exp(np.log(ratio).mean()) < 2.2  # the square root of 2, and fewer degrees of freedom
 
 
+@pytest.mark.slow
 def test_a_missing_effect_raises_chi_square_although_every_run_has_its_own_parameters() -> None:
     hidden = NOMINAL.with_effect("stribeck_friction", STRIBECK)
     conditions = HEAVY.conditions.take(range(0, 216, 12))
@@ -187,6 +188,7 @@ def test_recordings_that_cannot_be_calibrated_are_refused() -> None:
         calibrate(replace(some, signals=silent), COMPACT)
 
 
+@pytest.mark.slow
 def test_the_shipped_recordings_are_calibrated_from_the_nominal_start_although_an_effect_is_missing() -> None:
     shipped = Recordings.open(Path(__file__).parents[3] / "tables" / "measured.h5")
     some = np.arange(0, len(shipped), 12)

@@ -55,6 +55,7 @@ def test_the_torque_of_slipping_plates_is_that_of_the_lanes(bench: Bench, factor
     np.testing.assert_allclose(torque[slipping], lanes[slipping], atol=1e-3 * lanes.max())
 
 
+@pytest.mark.slow
 def test_runs_that_steps_of_all_drive_away_are_fitted_from_where_each_is_by_itself(recorded: Recorded) -> None:
     together = fit(recorded, {}, {})
     state, _ = approach(recorded)

@@ -109,6 +109,7 @@ def saturating(traced: Traced) -> tuple[SimulationFit, SimulationFit, Callable[[
     return formulas, refused, lambda fit: with_measured_laws(fit, refused, {"quadratic_load_drag": law}, points, enough)
 
 
+@pytest.mark.slow
 def test_a_measured_law_takes_the_place_of_a_formula_only_where_it_describes_the_recordings_better(
         saturating: Any) -> None:
     formulas, _, measure = saturating
@@ -125,6 +126,7 @@ def test_a_measured_law_is_added_where_the_formula_was_refused(saturating: Any) 
     assert measure(refused).evidence.sum() == pytest.approx(measure(formulas).evidence.sum(), abs=1)
 
 
+@pytest.mark.slow
 def test_a_formula_whose_fit_ended_elsewhere_begins_again_before_a_law_takes_its_place(
         traced: Traced, fits: Callable) -> None:  # type: ignore[type-arg]
     (before, exact), points = fits("drag"), traced(DRAG)[1]

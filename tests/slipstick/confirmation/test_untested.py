@@ -84,6 +84,7 @@ def test_what_effects_promise_is_the_likelihood_of_the_mixed_model(times: Simula
         assert found[one.name] == pytest.approx(dense(times, column), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_effect_of_a_block_without_its_signals_would_explain_it_and_wrong_ones_do_not(speed: SimulationFit) -> None:
     wrong = [one for one in effects.CATALOGUE if one.quantity not in ("load torque", "brake torque")]
     true, *others = explanations(speed, [*wrong, effects.find("quadratic_load_drag")], NamingSettings())

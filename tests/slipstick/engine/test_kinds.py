@@ -51,6 +51,7 @@ def test_parameters_beside_the_equation_of_a_law_belong_to_it_where_the_law_may_
     assert abs(measured.mean - GAIN) > 4 * measured.error  # beside the measured law, which leaves its line to it
 
 
+@pytest.mark.slow
 def test_a_line_has_no_limit_that_only_noise_asks_for() -> None:
     """A saturation at the best of its limits always fits the noise a little better than a line."""
     stated = Parameter("gain", "N m/A", value=0.5, scatter=0.0, within=1e-4)
@@ -69,6 +70,7 @@ def test_a_line_has_no_limit_that_only_noise_asks_for() -> None:
         assert slope.lower < 0.5 - GAIN < slope.upper
 
 
+@pytest.mark.slow
 def test_a_lag_of_a_sensor_has_any_time_and_is_stated_with_the_clock() -> None:
     rng, n, time, fine = np.random.default_rng(5), 12, 4.3 * (TIME[1] - TIME[0]), 20
     corners, values = np.tile(np.linspace(0, 1, 12), (n, 1)), rng.uniform(-4.5, 4.5, (n, 12))

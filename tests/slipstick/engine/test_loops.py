@@ -47,6 +47,7 @@ def test_blocks_stay_apart_that_cannot_be_joined_or_do_not_explain_their_signal(
         assert names(join_loops(machine, less)) == ["winding", "shaft"]
 
 
+@pytest.mark.slow
 def test_coarse_samples_alone_name_nothing() -> None:
     """The current settles within 3 ms: a lag was named of blocks that read samples, a voltage with 8 steps in each."""
     answer = identify_runs(*sample(MOTOR, 16e-3, 1))

@@ -67,6 +67,7 @@ def deviation_of(fitted: Fit, inertia: float = INERTIA) -> float:
     return (estimate.mean - inertia) / estimate.error
 
 
+@pytest.mark.slow
 def test_a_strong_effect_is_no_noise_of_the_input_and_the_whole_machine_confirms_it() -> None:
     """Taken off with the noise, the effect would be in the columns, and other laws named."""
     runs = record(Noise(1.0, 0.0), drag=4e-3, seed=1)

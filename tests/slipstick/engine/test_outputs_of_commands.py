@@ -85,7 +85,8 @@ def test_an_output_beside_states_reads_the_command_itself_at_the_instant_of_a_ju
     assert np.abs(predicted - signal).max() < 0.01
 
 
-@pytest.mark.parametrize("late", [pytest.param(0.0, marks=pytest.mark.slow), 0.009])
+@pytest.mark.slow
+@pytest.mark.parametrize("late", [0.0, 0.009])
 def test_the_clock_of_an_output_that_jumps_is_found_from_afar(late: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """A fit that begins at half a sample ends there: the samples beside a jump do not tell of the way."""
     profile = command()

@@ -159,6 +159,7 @@ def test_the_effect_is_named_measured_and_closes_the_gap_and_the_control_does_no
     assert all(block.chi_square < 1.1 for block in studied.result.blocks)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_a_law_of_an_effect_with_an_own_kind_is_called_by_its_name(folder: Path) -> None:
     root = Kind("root", ("growth",), (0,), lambda x, _: [np.sqrt(np.maximum(x - 21, 0))])

@@ -235,6 +235,7 @@ def test_a_fit_begins_again_with_the_laws_that_the_one_with_a_further_law_has(mo
     assert evidence_of(again) > evidence_of(early) + 100 * SETTINGS.nats
 
 
+@pytest.mark.slow
 def test_laws_of_full_contact_stay_as_far_as_the_clutch_asks_for_them_beside_those_of_the_piston() -> None:
     _, now = coarse(HEAT, RUN_ORDER)
     named = [Finding(("contact",), pair, np.ones(CLOSING)) for pair in (HEAT, RUN_ORDER)]

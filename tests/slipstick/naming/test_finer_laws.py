@@ -70,6 +70,7 @@ def test_no_further_pair_is_fitted_where_too_little_is_left_for_one(
     assert any(one.tries == ("load torque", "run order") for one in asked) != is_known
 
 
+@pytest.mark.slow
 def test_two_laws_are_still_two() -> None:
     drag = MeasuredLaw(*OVER_SPEED, (0.0, 25.0, 50.0), (0.0, 20.0, -20.0), relative=False)
     drift = MeasuredLaw("load torque", "run order", (0.0, 23.0), (-20.0, 20.0), relative=False)

@@ -45,6 +45,7 @@ def record_good_runs(seed: int, *hidden: Hidden) -> Scene:
     return scene.take(np.setdiff1d(np.arange(len(scene)), [bad.run for bad in bad_runs_of(case, run.conditions)]))
 
 
+@pytest.mark.slow
 def test_a_fit_of_a_fast_valve_finds_a_late_clock() -> None:
     block = ValveBlock(record_good_runs(FAST))
     step, late = block.scene.step, draw_machine(FAST).deviations.clocks["pressure"]
@@ -56,9 +57,10 @@ def test_a_fit_of_a_fast_valve_finds_a_late_clock() -> None:
     assert begun.shared[0] / step != pytest.approx(late, abs=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "hidden"), [
     pytest.param(611, (), id="complete"),
-    pytest.param(619, (CONVERTER_LAGS,), id="lags", marks=pytest.mark.slow)])
+    pytest.param(619, (CONVERTER_LAGS,), id="lags")])
 def test_a_fit_that_goes_on_gains_nothing_unless_it_was_ended_early(seed: int, hidden: tuple[Hidden, ...]) -> None:
     block = InputBlock(record_good_runs(seed, *hidden))
     complete, early = fit(block), fit_together([block], [()], [None], iterations=2)[0]

@@ -67,6 +67,7 @@ def test_good_engagements_are_kept(scene: Scene) -> None:
     assert not foreign(scene).any()
 
 
+@pytest.mark.slow
 def test_an_engagement_that_only_the_clutch_does_not_explain_is_set_aside(
         monkeypatch: pytest.MonkeyPatch) -> None:
     few, settings = scene_of(HEAVY, Model(HEAVY.physics), FEW, seed=1), NamingSettings(fewest=FEW)

@@ -156,6 +156,7 @@ def test_no_lag_gains_where_nothing_is_missing() -> None:
     assert all(gain < SETTINGS.nats for gain, _ in gains(0.0).values())
 
 
+@pytest.mark.slow
 def test_a_lag_of_the_converter_over_the_slip_is_followed_and_measured() -> None:
     block = block_of("input", scene_of(HEAVY, Model(HEAVY.physics), COUNT, SEED))
     points, law = np.zeros((COUNT, len(block.random))), block.law(OVER_SLIP)

@@ -30,6 +30,7 @@ def record(count: int = 24, **factors: float) -> Recordings:
     return scene_of(HEAVY, model.with_parameters(values), count, seed=3).recordings
 
 
+@pytest.mark.slow
 def test_an_inertia_that_is_not_what_is_stated_is_no_law() -> None:
     named = name(HEAVY, record(input_inertia=1.35))
     assert not named.findings

@@ -87,6 +87,7 @@ def test_correlated_noise_of_a_speed_is_no_law_over_it() -> None:
 LAG = ("converter torque", "lag")
 
 
+@pytest.mark.slow
 def test_correlated_noise_of_the_torque_is_no_law_of_what_it_drives() -> None:
     scene = _loud(scene_of(COMPACT, Model(COMPACT.physics), 24, seed=3), "output_torque")
     start = begin(scene, lambda _: None)

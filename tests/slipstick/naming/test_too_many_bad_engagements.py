@@ -39,6 +39,7 @@ def named() -> Naming:
     return name(HEAVY, recordings())
 
 
+@pytest.mark.slow
 def test_the_worst_are_set_aside_and_nothing_is_named() -> None:
     found = named()
     assert len(found.set_aside) == MOST

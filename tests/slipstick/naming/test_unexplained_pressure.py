@@ -31,6 +31,7 @@ def contact_findings(model: Model, error: float, known: bool) -> list[Pair]:
     return [one.pair for one in forward({"contact": fit(block)}, NamingSettings())[1]]
 
 
+@pytest.mark.slow
 def test_an_error_of_the_pressure_is_a_law_of_the_friction_unless_it_is_known_of() -> None:
     nothing = Model(HEAVY.physics)
     assert contact_findings(nothing, ERROR, known=False)

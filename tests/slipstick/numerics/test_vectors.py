@@ -48,6 +48,7 @@ def test_every_entry_is_one_sum_in_the_order_of_the_inner_index() -> None:
     np.testing.assert_array_equal(matrix_product(left[:, [0, 2, 1, 3]], np.ones((4, 53))), 2.0)
 
 
+@pytest.mark.slow
 def test_does_not_depend_on_the_width_of_the_vectors(tmp_path: Path) -> None:
     """Tiles of other processors compute the same sums: here of one without AVX."""
     random = np.random.default_rng(3)

@@ -40,7 +40,8 @@ def with_findings(result: StudyResult, *findings: FindingResult) -> StudyResult:
 
 @pytest.mark.parametrize(("name", "drawn"), [
     ("friction", ["overlay", "law", "evidence", "blocks", "gap", "signals"]),
-    ("nothing", ["overlay", "blocks", "signals"]), ("torque", ["overlay", "signals"]), ("times", ["times"]),
+    ("nothing", ["overlay", "blocks", "signals"]), ("times", ["times"]),
+    pytest.param("torque", ["overlay", "signals"], marks=pytest.mark.slow),
     pytest.param("drag", ["overlay", "law", "evidence", "blocks", "gap", "signals"], marks=pytest.mark.slow)])
 def test_every_picture_can_be_rendered(studied: Studied, marks: Marks, name: str, drawn: list[str]) -> None:
     specs = study_pictures(*studied(name))

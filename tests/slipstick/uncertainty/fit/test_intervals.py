@@ -51,6 +51,7 @@ def directions(case: Case, optimum: np.ndarray) -> list[np.ndarray]:
     return [*np.eye(len(optimum)), *(direction_of(space, weights) for weights in identified)]
 
 
+@pytest.mark.slow
 def test_ends_are_where_the_closed_form_drops(ridge: Case, optimum: np.ndarray) -> None:
     problem, space, _ = ridge
     low, high = space.to_natural(space.lower), space.to_natural(space.upper)

@@ -26,6 +26,7 @@ def best(ridge: tuple[InferenceProblem, Unknowns, ClosedForm]) -> float:
     return max(-float(result.fun) for result in results)
 
 
+@pytest.mark.slow
 def test_the_global_maximum_is_reached_from_all_starts(ridge: tuple[InferenceProblem, Unknowns, ClosedForm],
                                                        best: float) -> None:
     problem, space, closed = ridge
