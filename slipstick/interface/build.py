@@ -48,25 +48,23 @@ def build(machine: BenchLike | BlackBox, axes: Spans | None = None, *, model: Mo
     Parameters
     ----------
     machine : Bench, BlackBox, str or Path
-        The bench of a clutch, also the name of a shipped one or the path of its file, or another machine with its
-        simulator.
+        A bench, the name of a shipped one, or the path of its file; or a black box, which has its own conditions and
+        accuracy, and no model.
     axes : mapping, optional
         Parameter -> (low, high, count): `count` equidistant multiples of its value in the model, from `low` to `high`.
-        By default the two axes of the paper for a bench, and all inputs over their ranges for a black box.
+        By default the two axes of the paper, or all inputs of a black box over their ranges.
     model : Model, result or path, optional
-        The model to simulate: a `Model`, a result that has one, such as that of a calibration, or a JSON file of
-        either. By default the nominal parameters of the bench. A black box has none.
+        The model to simulate: a `Model`, a result that has one, or a JSON file of either. By default that with the
+        nominal parameters of the bench.
     conditions : Conditions or Recordings, optional
-        The conditions to simulate, or recordings made under them; by default those of the bench. A black box has its
-        own.
+        The conditions to simulate, or recordings made under them; by default those of the bench.
     out : Path or str, optional
         The file of the table. Without it the table is computed in memory only.
     accuracy : {"default", "tight"}
-        Accuracy of the time integration of a clutch: shifting times of "default" are within 1e-4 s of those of "tight".
-        A black box has its own.
+        Accuracy of the time integration: shifting times of "default" are within 1e-4 s of those of "tight".
     threads : int, optional
         Number of threads, or of processes for a Python callable as black box; by default one per core. Processes import
-        the script that calls this function: call it below `if __name__ == "__main__":` there.
+        the script that calls this function: call it below `if __name__ == "__main__":`.
     executor : concurrent.futures.Executor, optional
         What computes instead, such as workers of other computers; it is not shut down.
     progress : bool or callable, optional

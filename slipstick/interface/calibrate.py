@@ -101,21 +101,20 @@ def calibrate(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike,
     Parameters
     ----------
     bench : Bench, Machine, str or Path
-        The bench, the name of a shipped one, or the path of a file. It says which parameters are uncertain, and
-        between which bounds. Or a declared machine.
+        The bench that was recorded, the name of a shipped one, or the path of its file; or a declared machine.
     recordings : Recordings, Runs, str or Path
-        Recordings, a name or a path, with at least one signal, and twice as many engagements as there are uncertain
+        Recordings, a name or a path, with at least one signal, and twice as many engagements as the bench has uncertain
         parameters. Of a machine, its recorded runs.
     model : Model, result or path, optional
-        The model with which the search begins: a `Model`, a result that has one, or a JSON file of either. By default
-        that with the nominal parameters. A machine has none.
+        The model with which the search begins, as in `slipstick.build`. A machine has none.
     budget : float or str, optional
-        Time in s, or a text such as "2 min", after which the next iteration is the last. By default a day. The
-        calibration of a machine then ends at its next step, without a result.
+        Time in s, or a text such as "2 min", after which the next iteration is the last; of a machine there is no
+        result then. By default a day.
     progress : bool or callable, optional
-        Whether to show the iterations in a terminal or notebook, or a function of a text and a share.
+        Whether to show a bar in a terminal or notebook, or a function of a text and of the share that is complete.
     executor : concurrent.futures.Executor, optional
-        What computes with many runs of a machine, as for `study`. A calibration of a bench takes none.
+        What computes with many runs of a machine, such as `client.get_executor(pure=False)` of a
+        `dask.distributed.Client`; by default the threads of this process.
 
     Returns
     -------

@@ -168,27 +168,25 @@ def fit(simulator: TableLike | Bench | BlackBox, recordings: RecordingsLike | Me
     Parameters
     ----------
     simulator : Table, Bench or BlackBox
-        What computes the output: a table, or the path of its file, interpolates; a bench or a black box is simulated,
-        which takes longer and lets any parameter be uncertain.
+        What computes the output: a table, or the path of its file, is interpolated; a bench or a black box is
+        simulated, which takes longer and lets any parameter be uncertain.
     recordings : Recordings, Measurements, Runs, str or Path
         The measured shifting times, the name or the path of a file with them, or outputs of the black box; of a
         declared machine that is simulated also its recorded runs.
     parameters : str or sequence of str, optional
         Names of the uncertain inputs; by default all axes of a table. All others keep their nominal values.
     model : Model, result or path, optional
-        Of a bench, the model to simulate: a `Model`, a result that has one, or a JSON file of either. By default that
-        with the nominal parameters.
+        The model to simulate: a `Model`, a result that has one, or a JSON file of either. By default that with the
+        nominal parameters of the bench.
     outside : {"clip", "nan", "error"}, optional
-        Of a table, what holds for inputs outside it.
+        What holds outside the table: the value at its nearest edge, no value, or an error.
     settings : FitSettings or mapping, optional
         Method, bounds, families and accuracy. Single ones can be `changed`, such as `families=["gamma"]` or
         `intervals=False`.
     budget : float or str, optional
-        Time in s, or a text such as "2 min", after which the fit ends at its next step with a partial result. By
-        default a day.
+        Time in s, or a text such as "2 min", after which the result is a partial one. By default a day.
     progress : bool or callable, optional
-        Whether to show a bar in a terminal or notebook, or a function of what the fit does and of the share of its
-        search that is complete.
+        Whether to show a bar in a terminal or notebook, or a function of a text and of the share that is complete.
     name : str, optional
         Name of the recordings in reports.
 

@@ -146,13 +146,12 @@ def likelihood(table: TableLike, recordings: Measured | Path | str, mean: float 
         The distributions of the inputs, as in `slipstick.propagate`.
     output_std : float or str
         Standard deviation of the additive output noise in the unit of the output, s for shifting times, or a text such
-        as "10 ms". It has no default, because the likelihood depends on it.
+        as "10 ms".
     method : {"auto", "exact", "expansion", "sampling"}
-        How the density is integrated. "auto" integrates the table itself, refined until the error is below 0.05
-        decades; "exact" does so with the given number of `lines`; "expansion" integrates the polynomial chaos
-        expansion along `lines`; "sampling" averages over `samples` of it, as in the paper, which is inaccurate for
-        narrow noise and for inputs that are far from the recordings.
-    outside : {"clip", "nan", "error"}
+        What is integrated: the table itself, with an error below 0.05 decades ("auto") or along the given number of
+        `lines` ("exact"), or the polynomial chaos expansion along `lines` ("expansion") or over `samples` ("sampling"),
+        as in the paper, which is inaccurate for narrow noise and for inputs that are far from the recordings.
+    outside : {"clip", "nan", "error"}, optional
         What holds outside the table: the value at its nearest edge, no value, or an error.
     order, norm, rule, nodes, runs
         The expansion, for "expansion" and "sampling", as in `slipstick.propagate`.
@@ -160,7 +159,7 @@ def likelihood(table: TableLike, recordings: Measured | Path | str, mean: float 
         Number of integration lines for three or more inputs, a power of two from 16 to 1024.
     samples, seed : int
         Number of samples, a power of two, and seed of samples, lines and the runs of a regression.
-    name : str
+    name : str, optional
         Name of the recordings in reports.
 
     Returns

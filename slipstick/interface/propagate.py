@@ -59,8 +59,8 @@ class Propagation(TableAnswer):
     """Distributions of an output in n conditions for d uncertain inputs; NaN where a condition has none.
 
     `answer` has all of it as JSON, as the REST service gives it, and `request` says what was asked for. `output` is the
-    name and unit of the output, s for shifting times. `condition_columns` are the conditions in the order of the
-    arrays.
+    name and unit of the output, s for shifting times: that of means, standard deviations, errors, quantiles and
+    coefficients. `condition_columns` are the conditions in the order of the arrays.
     """
 
     kind: ClassVar[str] = "propagation"
@@ -75,17 +75,17 @@ class Propagation(TableAnswer):
 
     @property
     def mean(self) -> np.ndarray:
-        """Means (n,), in the unit of the output."""
+        """Means (n,)."""
         return numbers(self._read_column("mean"))
 
     @property
     def std(self) -> np.ndarray:
-        """Standard deviations (n,) with the output noise, in the unit of the output."""
+        """Standard deviations (n,) with the output noise."""
         return numbers(self._read_column("std"))
 
     @property
     def error(self) -> np.ndarray:
-        """Estimated RMS errors (n,) of the expansions over the inputs, in the unit of the output."""
+        """Estimated RMS errors (n,) of the expansions over the inputs."""
         return numbers(self._read_column("error"))
 
     @property
@@ -105,12 +105,12 @@ class Propagation(TableAnswer):
 
     @property
     def quantiles(self) -> np.ndarray:
-        """Quantiles (n, q) with the output noise, in the unit of the output."""
+        """Quantiles (n, q) with the output noise."""
         return numbers(self._read_column("quantiles"))
 
     @property
     def density_time(self) -> np.ndarray | None:
-        """Outputs (n, g) at which the densities are given, in the unit of the output; None without densities."""
+        """Outputs (n, g) at which the densities are given; None without densities."""
         return self._optional("density_time")
 
     @property
@@ -120,7 +120,7 @@ class Propagation(TableAnswer):
 
     @property
     def coefficients(self) -> np.ndarray | None:
-        """Coefficients (n, t) of the expansions, in the unit of the output; None unless they were asked for."""
+        """Coefficients (n, t) of the expansions; None unless they were asked for."""
         return self._optional("coefficients")
 
     @property
@@ -236,22 +236,21 @@ def propagate(table: TableLike, mean: float | Sequence[float] | np.ndarray,
     conditions : sequence of int, optional
         Indices, from 0, of conditions of the table; by default all.
     order, norm : int and float
-        Total degree of the expansion, by default 8, or less for many inputs, of which it would be too large; and
-        exponent of its hyperbolic truncation: 1 keeps all terms up to the degree, smaller values drop interactions.
+        Total degree of the expansion, by default 8, or less for more than five inputs; and exponent of its hyperbolic
+        truncation: 1 keeps all terms up to the degree, smaller values drop interactions.
     rule : {"tensor", "regression"}, optional
         Where the table is evaluated: on a tensor grid of Gauss `nodes` per axis (by default order + 1), or at random
         points, `runs` in number (by default twice the number of terms). By default the grid for one or two inputs.
     tolerance : float, optional
-        Target for the error of the expansions in the unit of the output. With one, the order is raised from 1 until the
-        error is within it, or 20,000 model runs are used.
+        Error in the unit of the output, until which the order is raised from 1, or until 20,000 model runs are used.
     quantiles : sequence of float
         Probabilities of the quantiles, at least 1 / `samples` away from 0 and 1.
     density_points : int
-        Number of points of each density, from five standard deviations below to five above the mean; 0 for none. There
-        are none without output noise.
+        Number of points of each density, up to five standard deviations from the mean; 0 for none. There are none
+        without output noise.
     samples, seed : int
         Number, a power of two, and seed of the samples of the expansion from which quantiles and densities follow.
-    outside : {"clip", "nan", "error"}
+    outside : {"clip", "nan", "error"}, optional
         What holds outside the table: the value at its nearest edge, no value, or an error.
     coefficients : bool
         Whether the result has the coefficients of the expansions.

@@ -44,15 +44,15 @@ def simulate(bench: BenchLike | Machine, effects: Effects = (), *, model: ModelL
     Parameters
     ----------
     bench : Bench or Machine
-        A declared machine, whose experiments are simulated with its scatter and noise; or a bench: its sensors, its
-        scatter and, by default, its nominal parameters and conditions.
+        A bench, or a declared machine, whose experiments are simulated with its scatter and noise.
     effects : str, iterable of str, or mapping, optional
         Effects of the catalogue to add to the model: names, at their typical coefficients; or a mapping of names to
         multiples of the typical amplitudes, or to coefficients with their values, of which others are neutral.
     model : Model, result or path, optional
-        The model to simulate, as in `slipstick.build`; by default that with the nominal parameters.
+        The model to simulate: a `Model`, a result that has one, or a JSON file of either. By default that with the
+        nominal parameters of the bench.
     conditions : Conditions or Recordings, optional
-        The conditions, or recordings made under them; by default those of the bench.
+        The conditions to simulate, or recordings made under them; by default those of the bench.
     engagements : int, optional
         Number of engagements, evenly over the conditions, or each more than once. By default each condition once.
     scatter : float, optional

@@ -184,7 +184,7 @@ def study(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike, *,
     Parameters
     ----------
     bench : Bench, Machine, str or Path
-        The bench that was recorded, the name of a shipped one, or the path of a file; or a declared machine.
+        The bench that was recorded, the name of a shipped one, or the path of its file; or a declared machine.
     recordings : Recordings, Runs, str or Path
         At least 24 engagements with signals, or more of shifting times alone; or a name or a path. Of a machine, its
         recorded runs.
@@ -192,16 +192,14 @@ def study(bench: BenchLike | Machine, recordings: RecordingsLike | RunsLike, *,
         What may be named, and when; of a machine, those of the engine. Single ones can be `changed`, such as
         `level=0.95` or `seed=2`.
     budget : float or str, optional
-        Time in s, or a text such as "2 min", after which the study ends at its next step with a partial result.
-        By default a day.
+        Time in s, or a text such as "2 min", after which the result is a partial one. By default a day.
     progress : bool or callable, optional
-        Whether to show a bar in a terminal or notebook, or a function of what the study does and of its share that is
-        complete.
+        Whether to show a bar in a terminal or notebook, or a function of a text and of the share that is complete.
     name : str, optional
         Name of the recordings in reports.
     executor : concurrent.futures.Executor, optional
-        What computes with many runs of a machine, in chunks: such as `client.get_executor(pure=False)` of a
-        `dask.distributed.Client`. By default the threads of this process. A study of a bench takes none.
+        What computes with many runs of a machine, such as `client.get_executor(pure=False)` of a
+        `dask.distributed.Client`; by default the threads of this process.
 
     Returns
     -------

@@ -268,7 +268,7 @@ class Machine:
 
     @classmethod
     def open(cls, path: Path | str) -> "Machine":
-        """Return the machine that a Python file declares, or a shipped one by its name; see `opening.open_machine`."""
+        """Return the machine that a Python file declares, or a shipped one by its name."""
         from slipstick.machine.opening import open_machine  # which needs this class
 
         return open_machine(path)

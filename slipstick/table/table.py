@@ -66,7 +66,7 @@ class Table(ABC):
         return table
 
     def save(self, path: Path | str) -> Path:
-        """Write the table to `path` and return it: it is written under a temporary name, verified, synced and renamed.
+        """Write the table to `path`, as a whole or not at all, and return the path.
 
         Raises `InvalidValue` unless it ends in `.h5`.
         """
