@@ -105,7 +105,7 @@ def commands(before: str) -> str:
 @pytest.mark.slow
 @pytest.mark.parametrize(("kind", "backup", "restore"), [
     ("sqlite", "With SQLite, a copy", "With SQLite:"),
-    ("postgresql", "Service and workers may run meanwhile", "which `SLIPSTICK_JOBS` points")])
+    ("postgresql", "Back up the job database first", "which `SLIPSTICK_JOBS` points")])
 def test_a_restored_backup_has_the_results_and_goes_on(
         kind: str, backup: str, restore: str, shelf: Path, few_recordings: Path, tmp_path: Path,
         launch: Callable[..., subprocess.Popen[bytes]], request: pytest.FixtureRequest) -> None:
