@@ -156,6 +156,7 @@ def _entries(body: str) -> str:
     for line in body.strip().splitlines():
         if line and not line.startswith(" "):
             name, _, kind = line.partition(" : ")
+            kind = kind.removesuffix(", optional")  # the signature has its default
             entries.append([f"- `{name}`" + (f" ({kind})" if kind else ""), ""])
         elif entries:
             entries[-1][1] = f"{entries[-1][1]} {line.strip()}".strip()
