@@ -31,9 +31,13 @@ def sampling_step(time: np.ndarray) -> float:
     return float(np.median(np.diff(time)))
 
 
-def mean_step(time: np.ndarray) -> float:
-    """The mean step in s of sample times (k,) that are rounded; the usual one where samples are missing."""
-    mean, usual = float(time[-1] - time[0]) / (len(time) - 1), sampling_step(time)
+def mean_step(time: np.ndarray, gap: float | None = None) -> float:
+    """The mean step in s of sample times (k,) that are rounded; the usual one where both differ.
+
+    Steps of more than `gap` s, by default `GAP` usual ones, are gaps and do not count.
+    """
+    steps, usual = np.diff(time), sampling_step(time)
+    mean = float(steps[steps <= max(gap or 0.0, GAP * usual)].mean())
     return float(f"{mean:.6g}") if max(mean, usual) < JITTER * min(mean, usual) else usual
 
 

@@ -95,7 +95,7 @@ def _list_excerpts(source: Source, mapping: MachineMap, numbers: Numbers) -> Ite
     if not begin < end:
         raise BadRecording(f"The signals of {source.name} have no time in common: the last one begins at {begin:g} s, "
                            f"and the first one ends at {end:g} s", "Correct their `time`, or leave the file out")
-    steps = {name: mean_step(signal.time) for name, signal in tracks.items()}
+    steps = {name: mean_step(signal.time, mapping.gap) for name, signal in tracks.items()}
     usual = max(steps.values())
     margin = 2 * max(usual, mapping.step or 0.0)
     for name, given in commands.items():

@@ -208,6 +208,12 @@ def test_irregular_clocks_are_resampled_and_gaps_are_what_the_mapping_says(step:
         assert np.isfinite(runs.signals["speed"][row]).all()
 
 
+def test_rows_that_a_file_lacks_do_not_make_the_clock_slower() -> None:
+    lacking = {name: np.delete(values, np.arange(2000, 2100)) for name, values in recording().items()}
+    for files in ([lacking], [recording(), lacking]):
+        np.testing.assert_allclose(np.diff(imported(*files).runs.time), 1e-3)
+
+
 def _nan_gap(columns: dict[str, np.ndarray]) -> None:
     columns["v"][2000:2010] = np.nan
 
