@@ -196,7 +196,7 @@ class Recorded:
     @cached_property
     def units(self) -> dict[str, str]:
         """Units of what laws may depend on."""
-        return {"time": "s", **units_of(self.machine)}
+        return {"time": "s", **self.runs.units, **units_of(self.machine)}
 
     def fine(self, name: str, part: Part) -> np.ndarray:
         """Return a signal at the instants (n, K) of a part, or constants of runs (n,); all who read it share it."""

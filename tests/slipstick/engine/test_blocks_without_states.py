@@ -1,8 +1,11 @@
 """A block without states and without scatter: what one sensor reads is a function of what another one reads."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from slipstick.engine.laws import list_candidates
 from slipstick.engine.noise import Noise, draw_noise
 from slipstick.engine.preparation import prepare
 from slipstick.engine.selection import identify
@@ -30,6 +33,14 @@ def test_nothing_is_named_where_nothing_is_missing() -> None:
     answer = identify(prepare(declare(), record(0.0)))
     assert not answer.findings
     assert not answer.unexplained
+
+
+def test_a_law_over_a_further_channel_has_its_unit() -> None:
+    runs = replace(record(0.0), channels={"oil temperature": np.arange(float(RUNS))}, units={"oil temperature": "degC"})
+    recorded = prepare(declare(), runs)
+    units = {variable.unit for candidate in list_candidates(recorded, {part.name: {} for part in recorded.parts})
+             if candidate.pair[1] == "oil temperature" for variable in candidate.variables.values()}
+    assert units == {"degC"}
 
 
 @pytest.mark.slow
