@@ -168,6 +168,12 @@ class _Recorder:
                 return self.compute(np.less, inputs[::-1])
             case np.greater_equal:
                 return self.compute(np.less_equal, inputs[::-1])
+            case np.degrees | np.rad2deg:
+                return inputs[0] * (180 / np.pi)
+            case np.radians | np.deg2rad:
+                return inputs[0] * (np.pi / 180)
+            case np.log10:
+                return np.log(inputs[0]) / np.log(10)
             case np.floor_divide:
                 return np.floor(inputs[0] / inputs[1])
             case np.hypot:

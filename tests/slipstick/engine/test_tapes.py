@@ -24,6 +24,7 @@ FUNCTIONS: dict[str, Read] = {
     "exponentials": lambda a, b: np.exp(a) + np.log(np.abs(b)) + np.tanh(a * b) + np.sinh(a) - np.cosh(b),
     "angles": lambda a, b: np.sin(a) + np.cos(b) + np.tan(a) + np.arctan(b) + np.arctan2(a, b),
     "inverse angles": lambda a, b: np.arcsin(np.tanh(a)) + np.arccos(np.tanh(b)),
+    "other units": lambda a, b: np.degrees(a) + np.rad2deg(b) + np.radians(a) * np.deg2rad(b) + np.log10(np.abs(a)),
     "limits": lambda a, b: np.maximum(a, b) + np.minimum(a, 0.3) + np.clip(b, -0.5, 0.5) + np.fmax(a, 0.1),
     "signs": lambda a, b: np.sign(a) * np.abs(b) + np.fabs(a) + np.sign(a - a),
     "parts": lambda a, b: np.floor(3 * a) + np.mod(a, 0.7) + np.mod(b, -0.3) + a % 0.2 + a // 0.4,
