@@ -154,7 +154,7 @@ def advise(result: MachineStudyResult) -> Section:
         parts.append(Items([_advise_without(result)]))
     entries: Entries = []
     is_taken = result.kind == "none" or any(finding.confirmed is not False for finding in result.findings)
-    if is_taken and not any(map(_leaves_much, result.blocks)):
+    if is_taken and not any(_leaves_much(block) or not block.converged for block in result.blocks):
         rows: list[tuple[str, ...]] = [(each.name, *_state_value(each), _declared(each))
                                        for each in result.parameters if _is_changed(each)]
         text = "these parameters, whose intervals exclude what is declared. The table “Parameters” has the others." if \
@@ -171,12 +171,13 @@ def advise(result: MachineStudyResult) -> Section:
 
 def _advise_finding(finding: MachineFinding, result: MachineStudyResult, prefix: str) -> list[Part]:
     name, law = within(finding.title), finding.law
-    doubtful = [f"“{block.name}”" for block in result.blocks
-                if block.name in finding.blocks and _leaves_much(block)]
+    own = [block for block in result.blocks if block.name in finding.blocks]
+    doubtful = [f"“{block.name}”" for block in own if _leaves_much(block)]
+    unsettled = [f"“{block.name}”" for block in own if not block.converged]
     if finding.confirmed is False:
         what, text = "Do not add:", f"{name}. The simulation of the whole machine is no better with it."
     else:
-        is_early, of_sensor = bool(doubtful or finding.rivals), subject(finding) != finding.quantity
+        is_early, of_sensor = bool(_list_reasons(finding, result)), subject(finding) != finding.quantity
         what = ("Do not correct yet:" if is_early else "Correct or model:") if of_sensor else (
             "Do not add yet:" if is_early else "Add:")
         by_law = f"{name}, as the measured law." if law is not None else \
@@ -188,6 +189,8 @@ def _advise_finding(finding: MachineFinding, result: MachineStudyResult, prefix:
     if doubtful and finding.confirmed is not False:
         text += f" With it, {listed(doubtful)} still leave{'s' * (len(doubtful) == 1)} more than noise: what is " \
             "missing may be something else."
+    if unsettled and finding.confirmed is not False:
+        text += f" The fit of {listed(unsettled)} has not converged."
     if finding.rivals:
         text += f" Record first what tells it apart from {listed([within(rival.title) for rival in finding.rivals])}."
     entries: Entries = [(f"{prefix}{what}", text)]

@@ -104,6 +104,14 @@ def test_a_finding_without_a_law_has_its_time_or_is_to_be_looked_for() -> None:
     assert table.rows == [("time", "12.00 ms", "11.40 to 12.60 ms", "not in the model")]
 
 
+def test_nothing_is_to_be_added_or_taken_over_from_a_fit_that_has_not_converged() -> None:
+    result = make_result(make_finding(FRICTION, "shaft", law=LAW))
+    winding, shaft = result.blocks
+    told = dict(tell_advice(replace(result, blocks=[winding, replace(shaft, converged=False)])))
+    assert told["Do not add yet:"].endswith(" The fit of “shaft” has not converged.")
+    assert not {"Add:", "Take over with the law, not without it:"} & set(told)
+
+
 def test_parameters_are_taken_over_with_the_laws_and_not_at_all_where_a_block_leaves_much() -> None:
     result = make_result(make_finding(FRICTION, "shaft", law=LAW))
     assert "Take over with the law, not without it:" in dict(tell_advice(result))
