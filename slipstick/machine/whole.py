@@ -55,7 +55,7 @@ def _merge(machine: Machine, merged: Sequence[Block], name: str) -> Block:
         curves=tuple(each for block in blocks for each in block.curves),
         lowest={state: low for block in blocks for state, low in block.lowest.items()},
         switches=tuple(state for block in blocks for state in block.switches),
-        derived={each: derive for block in blocks for each, derive in block.derived.items()},
+        derived=_join_derived(blocks),
         window=_join_windows(merged, given))
     whole.rate(_join_rates(blocks))
     whole.start(_join_starts(blocks))
@@ -145,6 +145,17 @@ def _join_starts(blocks: tuple[Block, ...]) -> Callable[[Any, Any, Any], Any]:
         return tuple(begins)
 
     return start
+
+
+def _join_derived(blocks: tuple[Block, ...]) -> dict[str, Callable[[Any, Any, Any], Any]]:
+    """Return the further own variables of all blocks, which may read what another one gives; quantities are 0."""
+    name = _name_signals(blocks)
+    q = Namespace(**{identifier_of(each.name): 0.0 for block in blocks for each in block.quantities})
+
+    def join(derive: Callable[[Any, Any, Any], Any]) -> Callable[[Any, Any, Any], Any]:
+        return lambda x, u, p: derive(x, name(x, u, q, p), p)
+
+    return {each: join(derive) for block in blocks for each, derive in block.derived.items()}
 
 
 def _join_windows(blocks: Sequence[Block], given: tuple[str, ...]) -> Callable[[Any], Any] | None:

@@ -14,6 +14,7 @@ from slipstick.engine.measured_law import Law
 from slipstick.engine.simulation import simulate
 from slipstick.errors import InvalidValue
 from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Sensor, open_machine
+from slipstick.machine.declaration import Namespace
 from slipstick.machine.whole import compose, sort_blocks
 
 TANKS = open_machine(Path(__file__).parents[3] / "tables" / "machines" / "two_tanks.py")
@@ -163,6 +164,15 @@ def test_a_loop_through_a_state_is_none() -> None:
     taken = simulate(plant(store, fed), time, {"command": Profile(np.zeros((1, 1)), np.ones((1, 1)))}, {})
     np.testing.assert_allclose(taken["b"][0], 0.5 * (1 - np.exp(-time)), atol=1e-8)
     np.testing.assert_allclose(taken["a"][0], 1 - taken["b"][0], atol=1e-12)
+
+
+def test_a_further_own_variable_of_a_whole_reads_what_another_block_gives() -> None:
+    store = Block("store", gives="b", reads=("a",), states=("b",), parameters=(Parameter("time", value=2.0),),
+                  rate_function=lambda x, u, q, p: (u.a - x.b) / p.time, derived={"excess": lambda x, u, p: u.a - x.b})
+    fed = Block("fed", gives="a", reads=("command", "b"), quantities=(Quantity("fault"),),
+                output_function=lambda x, u, q, p: u.command - u.b + q.fault)
+    excess = compose(plant(store, fed)).blocks[0].derived["excess"]
+    assert excess(Namespace(b=0.25), Namespace(command=1.0), Namespace(time=2.0)) == 0.5
 
 
 @pytest.mark.parametrize("first", ["controller", "drum"])
