@@ -5,6 +5,7 @@ A doubt refuses nothing. Each has a reason that no sound recording gives, whatev
 
 import numpy as np
 
+from slipstick.acquisition.lock_up import lateness
 from slipstick.bench import Bench, parameters
 from slipstick.recordings import Recordings
 
@@ -13,8 +14,11 @@ _RATIO = 0.02
 are better than that."""
 
 
-def doubts(recordings: Recordings, bench: Bench) -> tuple[str, ...]:
-    """Sentences about what the measured signals show, each with what to check; none without signals."""
+def doubts(recordings: Recordings, bench: Bench, located: np.ndarray) -> tuple[str, ...]:
+    """Sentences about what the measured signals show, each with what to check; none without signals.
+
+    `located` (n,) are the shifting times by the speeds in s, NaN where these show none.
+    """
     signals, lines = recordings.signals, []
     if signals is None:
         return ()
@@ -44,4 +48,11 @@ def doubts(recordings: Recordings, bench: Bench) -> tuple[str, ...]:
         if slip <= 0:
             lines.append("At the shift command the output shaft is not slower than the input shaft. Check whether the "
                          "speeds are swapped")
+    late = lateness(located, recordings.measured_time, time[1] - time[0])
+    if late:
+        side, later = ("after", "later") if late > 0 else ("before", "earlier")
+        lines.append(f"The speeds become equal {1e3 * abs(late):.3g} ms {side} the recorded shifting time, in the "
+                     f"median of {len(recordings)} engagements. If a delay of the trigger moves all signals, put t = 0 "
+                     f"that much {later}, by a time in [shift_command]. If the recorded time is wrong, leave out "
+                     "[shifting_time]: it is then computed from the speeds. Or else a speed sensor lags")
     return tuple(lines)

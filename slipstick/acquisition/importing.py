@@ -104,16 +104,16 @@ def _of_engagements(candidates: Sequence[Engagement], mapping: ChannelMap, bench
     except (InvalidValue, BadRecording) as error:
         raise BadRecording(f"{error.cause} (conditions in the order of the engagements, {kept[0].label} first)",
                            error.remedy) from error
+    located = np.array([engagement.located.time if engagement.located else np.nan for engagement in kept])
     mapped = {**mapping.signals, **mapping.further}
     channels = describe_channels([{**engagement.tracks, **engagement.further} for engagement in kept], mapped)
     return Imported(
         recordings=recordings, labels=tuple(engagement.label for engagement in kept), step=window.step,
-        channels=channels,
-        located=np.array([engagement.located.time if engagement.located else np.nan for engagement in kept]),
+        channels=channels, located=located,
         error=np.array([engagement.located.error if engagement.located else np.nan for engagement in kept]),
         computed=mapping.shifting_time is None, led_in=_lead_in(kept[:_MOST_LED_IN], window), set_aside=tuple(aside),
         remarks=(*remarks, tell_origins(kept, mapping), *chosen, *tell_channels(channels, mapped, mapped, window.step)),
-        doubts=doubts(recordings, bench), open_questions=open_questions(signals.names, bench))
+        doubts=doubts(recordings, bench, located), open_questions=open_questions(signals.names, bench))
 
 
 def _common_window(engagements: Sequence[Engagement], mapping: ChannelMap, bench: Bench) -> tuple[Window, list[str]]:

@@ -20,6 +20,8 @@ _WINDOW = 0.15
 on the heavy bench the corner is 0.9 ms late with a quarter, where the slip is no parabola, and 0.2 ms with this."""
 _LEAST = 6
 """Samples on either side that a fit needs: it has four unknowns."""
+_BEYOND = 3.0
+"""Standard deviations beyond which recorded shifting times and speeds are not on one clock."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,20 @@ def lock_up(time: np.ndarray, slip: np.ndarray) -> LockUp | None:
     variance = misfit(lock) / max(1, len(time) - 4)
     error = float(np.sqrt(variance * np.linalg.pinv(jacobian.T @ jacobian)[3, 3]))
     return LockUp(lock, error, float(slope))
+
+
+def lateness(located: np.ndarray, recorded: np.ndarray, step: float) -> float:
+    """By how many s the speeds meet after the recorded shifting time in the median, 0 where noise may be the reason.
+
+    `located` (n,) are the shifting times by the speeds in s, NaN where these show none. Clocks of sensors are known to
+    one `step` in s, and a difference to a step or to how far differences spread.
+    """
+    late = (located - recorded)[np.isfinite(located)]
+    if not len(late):
+        return 0.0
+    median = float(np.median(late))
+    spread = max(1.4826 * float(np.median(np.abs(late - median))), step)
+    return median if abs(median) > _BEYOND * np.hypot(step, spread * np.sqrt(np.pi / 2 / len(late))) else 0.0
 
 
 def _columns(time: np.ndarray, lock: float) -> np.ndarray:

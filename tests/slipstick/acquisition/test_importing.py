@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -352,6 +353,19 @@ def test_doubts_are_those_of_the_signals_that_there_are(
     assert imported(one, text=text).doubts == ()
     changed = one.changed(**{name: factor * one.columns[name] for name, factor in wrong.items()})
     assert any(says in doubt for doubt in imported(changed, text=text).doubts)
+
+
+@pytest.mark.parametrize(("late", "says"), [
+    (0.0, ""), (0.004, ""), (0.02, r"equal (19|20)\S* ms after the recorded shifting time, in the median of 5 "
+                                   r"engagements\. If a delay of the trigger .* put t = 0 that much later"),
+    (-0.02, r"equal (19|20)\S* ms before .* put t = 0 that much earlier"),
+])
+def test_signals_that_are_late_beside_the_recorded_shifting_time_are_doubted(late: float, says: str) -> None:
+    """The clocks of the sensors are known to one sample of 2 ms."""
+    runs = [run(2e-3, 1.4, LOCK + late, seed) for seed in range(5)]
+    doubts = imported(*runs, text=MAP + f'[shifting_time]\nvalue = "{LOCK} s"\n').doubts
+    assert re.search(says, doubts[0]) if says else doubts == ()
+    assert imported(*runs).doubts == ()
 
 
 @pytest.mark.parametrize(("text", "says"), [
