@@ -95,6 +95,12 @@ class Fitted:
         return replace(self, coefficients=coefficients, each=_predicted(self.gram, self.spread, coefficients))
 
     @property
+    def follows(self) -> np.ndarray:
+        """How far the random effects of each run follow the means, (n, q, q): not at all where it tells all itself."""
+        q = self.gram.random
+        return np.asarray(np.linalg.inv(np.eye(q) + self.variance[:, None] * self.gram.products[:, :q, :q]))
+
+    @property
     def spread(self) -> np.ndarray:
         """Covariances (n, q, q) of the random effects given the data and the coefficients."""
         q = self.gram.random

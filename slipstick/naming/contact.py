@@ -81,7 +81,8 @@ class ContactBlock(ClutchBlock):
     """The clutch in full contact, where the piston drops out; its parameter is the friction coefficient.
 
     What the valve block leaves of the pressure is the same in all engagements with a profile, so that no noise could
-    stand for it: it is a function of time that they share, as large as what is left.
+    stand for it: it is a function of time that they share, as large as what is left. An error of the means of the
+    valve's parameters is one of all engagements.
     """
 
     name = "contact"
@@ -96,10 +97,12 @@ class ContactBlock(ClutchBlock):
         self.counted = self.counted & (self.in_contact.full > wait)
         self.widest = np.array([0.2])
         self.random_std = np.array([np.inf])
-        self._unknown = self._of_profiles()
+        profiles, means = self._of_profiles(), scene.pressure_means
+        means = np.zeros((len(scene), 0, len(scene.time))) if means is None else self.torque_per_bar * means
+        self._unknown = np.concatenate([profiles, means], axis=1)
         self._off = np.zeros(self._unknown.shape[1])
         self.fixed = ("clock", *(f"pressure {i}" for i in range(len(self._off))))
-        self.fixed_std = np.array([scene.step, *[scene.pressure_error[0]] * len(self._off)])
+        self.fixed_std = np.array([scene.step, *[scene.pressure_error[0]] * profiles.shape[1], *[1.0] * means.shape[1]])
         self.modes = self._modes_at(points[:, :1])
 
     def at(self, shared: np.ndarray) -> Self:

@@ -53,7 +53,8 @@ class Scene:
     its sensor, which is not estimated again where `noise_is_known`. Laws have the knots of the `settings`. `base`
     (20,) are the nominal parameters. `order` (n,) is the run order among all recordings, where some are set aside.
     `pressure_error` is what all engagements with a profile leave of the pressure, in bar, and its autocorrelation;
-    `pressure_modes` (n, r, k) in bar is how far the pressure of each engagement is known, as `ValveBlock.modes` has it.
+    `pressure_modes` (n, r, k) in bar is how far the pressure of each engagement is known, as `ValveBlock.modes` has it,
+    and `pressure_means` (n, r, k) how far that of all is, where the means of the valve's parameters are off.
     `of_plates` are the values (n, k) of `OF_PLATES`, once the onset is known.
     """
 
@@ -67,6 +68,7 @@ class Scene:
     noise_is_known: bool = False
     pressure_error: Noise = 0.0, 0.0
     pressure_modes: np.ndarray | None = None
+    pressure_means: np.ndarray | None = None
     of_plates: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @classmethod

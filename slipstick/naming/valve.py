@@ -38,6 +38,12 @@ _SHORTEST = 0.1
 """Least factor by which a law may change a delay, so that it stays positive."""
 
 
+def axes_of(covariance: np.ndarray) -> np.ndarray:
+    """One standard deviation along each axis of a covariance (..., q, q), as columns (..., q, q)."""
+    variance, axes = np.linalg.eigh(covariance)
+    return np.asarray(axes * np.sqrt(np.maximum(variance, 0))[..., None, :])
+
+
 class ValveBlock:
     """Pressure from the current profiles; its parameters are the delay, bias and gain of the valve.
 
@@ -100,11 +106,13 @@ class ValveBlock:
 
         `covariance` (n, 3, 3) is that of the parameters of each engagement given what was measured.
         """
+        return self.changes(points, laws, axes_of(covariance))
+
+    def changes(self, points: np.ndarray, laws: Laws, moves: np.ndarray) -> np.ndarray:
+        """Changes (n, r, k) of the pressure in bar with `moves` (n, 3, r) of the parameters."""
         now = self.pressure(points, laws)
         own = [(self.pressure(points + _STEP * unit, laws) - now) / _STEP for unit in np.eye(3)]
-        variance, axes = np.linalg.eigh(covariance)
-        scaled = axes * np.sqrt(np.maximum(variance, 0))[:, None]
-        return np.asarray(np.einsum("nqr,qnk->nrk", scaled, np.array(own)))
+        return np.asarray(np.einsum("nqr,qnk->nrk", moves, np.array(own)))
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """That of the sensor: the current is commanded and has none."""

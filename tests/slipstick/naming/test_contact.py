@@ -74,6 +74,17 @@ def test_full_contact_is_explained_if_it_is_known_how_far_the_pressure_is() -> N
     assert contact(0.0, known=True)[0] == pytest.approx(1, abs=0.05)
 
 
+def test_an_error_of_the_means_of_the_valve_is_no_law_of_the_friction() -> None:
+    """The bias is 10 % off in all engagements, which raises their pressure alike."""
+    scene = scene_of(HEAVY, Model(HEAVY.physics), COUNT, SEED)
+    means = ValveBlock(scene).changes(np.zeros((COUNT, 3)), (), np.tile([[0.0], [0.1], [0.0]], (COUNT, 1, 1)))
+    for known in (True, False):
+        told = replace(scene, pressure_means=means if known else None)
+        found = fit(ContactBlock(told, scene.smooth["pressure"] + means[:, 0], NOTHING))
+        assert found.chi2.mean() == pytest.approx(1, abs=0.05) if known else found.chi2.mean() > 1.3
+        assert (forward({"contact": found}, NamingSettings())[1] == []) is known
+
+
 # Full contact is where the plates touch, also in an engagement in which they part and meet again.
 
 
