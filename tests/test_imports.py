@@ -66,7 +66,7 @@ MAY_IMPORT = {
     "slipstick.table.physical_values": "slipstick.table",
     "slipstick.recordings.simulated": "numpy slipstick.errors slipstick.bench slipstick.clutch slipstick.recordings",
     "slipstick.blocks": "numpy scipy numba slipstick.errors slipstick.bench slipstick.clutch slipstick.engine.noise "
-                        "slipstick.recordings",
+                        "slipstick.engine.whitening slipstick.recordings",
     "slipstick.calibration": "numpy scipy slipstick.errors slipstick.bench slipstick.blocks slipstick.clutch "
                              "slipstick.plausibility.mismatch slipstick.recordings slipstick.time_budget",
     # The uncertainty package knows a model as points in, shifting times out: no simulator, table or recordings.
