@@ -12,13 +12,14 @@ from typing import Any
 import numpy as np
 import scipy
 
-from slipstick.engine.bases import lag, late, play
+from slipstick.engine.bases import lag, late
 from slipstick.engine.laws import CONSTANT, GAIN, LAG, PAST, Candidate
 from slipstick.engine.preparation import straighten
 from slipstick.engine.recordings import Part, Recorded, pose_nominal, refine, smooth_signal
 from slipstick.engine.trajectory import solve
 from slipstick.machine.declaration import SENSOR, Namespace, as_tuple, identifier_of
 from slipstick.machine.system import System, system_of
+from slipstick.numerics.memory import play
 
 Differentiate = Callable[[np.ndarray], np.ndarray]
 """Rates (..., k) of signals (..., k) that have a sample time of 1."""

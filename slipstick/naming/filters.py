@@ -1,4 +1,4 @@
-"""Responses to sampled columns: of a first-order equation, of the valve, of play; and the smoother of a random walk."""
+"""Responses to sampled columns: of a first-order equation, and of the valve; and the smoother of a random walk."""
 
 import numpy as np
 from numba import njit
@@ -138,27 +138,6 @@ def _varying(demand, steps, changes, out, columns):  # type: ignore[no-untyped-d
                     columns[i, j, t + 1] = moved_x[j]
             x, v = ahead_x, ahead_v
             out[i, t + 1] = x
-
-
-def play(values: np.ndarray, width: float) -> np.ndarray:
-    """The play operator of half-width `width`, in the unit of `values` (..., k), along their last axis.
-
-    It follows the values when they leave a band of half-width `width` about it, and rests otherwise (Visintin,
-    Differential Models of Hysteresis, chapter III). It starts where the values start.
-    """
-    rows = np.ascontiguousarray(values, float).reshape(-1, values.shape[-1])
-    out = np.empty_like(rows)
-    _play(rows, width, out)
-    return out.reshape(values.shape)
-
-
-@njit(nogil=True, cache=True)
-def _play(values, width, out):  # type: ignore[no-untyped-def]
-    for i in range(len(values)):
-        held = values[i, 0]
-        for t in range(values.shape[1]):
-            held = min(max(held, values[i, t] - width), values[i, t] + width)
-            out[i, t] = held
 
 
 def smoothed_walk(residual: np.ndarray, ratio: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from slipstick.naming.bases import delayed, doubled
+from slipstick.numerics.memory import weigh_lags
 
 _LAGS = np.array([0.1, 0.3, 1.0, 3.0])
 """Lags relative to the time scale of a block: their combinations come close to any lag between."""
@@ -20,9 +21,8 @@ def lags_about(scale: float) -> np.ndarray:
 
 def late_by(signal: np.ndarray, time: np.ndarray, scale: float) -> np.ndarray:
     """What sensors of a `signal` (n, k) at `time` (k,) in s read too much, (n, 4, k), with lags about `scale` in s."""
-    late = np.empty((len(signal), len(_LAGS), signal.shape[1]))
-    _each(np.ascontiguousarray(signal), *_factors(time, scale), late)
-    return late
+    signal, times = np.ascontiguousarray(signal), lags_about(scale) / (time[1] - time[0])
+    return np.stack([weigh_lags(signal, times[[lag]], np.ones(1)) for lag in range(len(times))], axis=1)
 
 
 def mixed(signal: np.ndarray, time: np.ndarray, scale: float, weights: np.ndarray) -> np.ndarray:
@@ -64,18 +64,6 @@ def _factors(time: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
     ratio = lags_about(scale) / (time[1] - time[0])
     left = np.exp(-1 / ratio)
     return left, ratio * (1 - left)
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _each(signal, left, added, late):  # type: ignore[no-untyped-def]
-    n, k = signal.shape
-    for i in range(n):
-        for lag in range(len(left)):
-            change = 0.0
-            late[i, lag, 0] = change
-            for t in range(1, k):
-                change = left[lag] * change + added[lag] * (signal[i, t - 1] - signal[i, t])
-                late[i, lag, t] = change
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

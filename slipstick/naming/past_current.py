@@ -4,7 +4,7 @@ import numpy as np
 
 from slipstick.clutch.lag import lagged_signal
 from slipstick.naming.bases import doubled
-from slipstick.naming.filters import play
+from slipstick.numerics.memory import play
 
 _PLAY = np.array([0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32])
 """Half-widths of the play operators over the largest current: a factor 2 apart, any between them is a sum of two."""

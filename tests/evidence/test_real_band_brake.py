@@ -9,13 +9,13 @@ import pytest
 from evidence.real import band_brake
 from evidence.real.measured import list_signals
 from evidence.real.signals import average_strokes, find_delay
-from slipstick.engine.bases import play
 from slipstick.engine.laws import list_candidates
 from slipstick.engine.model import nominal_own_values
 from slipstick.engine.recordings import Recorded
 from slipstick.engine.selection import identify
 from slipstick.engine.settings import EngineSettings
 from slipstick.machine import Runs
+from slipstick.numerics.memory import play
 
 HEAD = "time [s],displacement [in],friction force [kip],velocity [in/s],band force 1 [lb],band force 2 [lb]"
 PLAY = 0.15

@@ -24,10 +24,10 @@ from slipstick.engine.bases import (
     own_variable,
     past,
     place_knots,
-    play,
     smooth_root,
 )
 from slipstick.engine.equations import EDGE, OwnLaw
+from slipstick.numerics.memory import play
 from slipstick.numerics.piecewise import hats
 
 KNOTS = [np.array([-1.0, 0.0, 0.5, 3.0]), np.array([2.0, 2.5]), np.linspace(-3, 3, 30),

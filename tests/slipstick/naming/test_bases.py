@@ -16,7 +16,7 @@ from slipstick.naming.bases import (
     later,
     supported,
 )
-from slipstick.naming.filters import first_order, play, smoothed_walk, valve_response, varying_response
+from slipstick.naming.filters import first_order, smoothed_walk, valve_response, varying_response
 from slipstick.numerics.piecewise import hats
 
 
@@ -208,24 +208,6 @@ def test_a_delay_that_changes_is_that_of_the_equation() -> None:
         ends = [varying_response(step, demand[None], (delay * (1 + its * change))[None])[0][0] for its in (h, -h)]
         expected = (ends[0] - ends[1]) / (2 * h)
         np.testing.assert_allclose(column, expected, atol=1e-3 * np.abs(expected).max())
-
-
-@pytest.mark.parametrize("strided", [False, True])
-def test_play_follows_what_leaves_its_band(strided: bool) -> None:
-    values = np.cumsum(np.random.default_rng(5).normal(size=(3, 2, 200)), axis=2)
-    if strided:
-        values = np.asfortranarray(values)
-    found = play(values, 1.5)
-    for row, its in zip(values.reshape(6, 200), found.reshape(6, 200), strict=True):
-        held = row[0]
-        for value, now in zip(row, its, strict=True):
-            if value > held + 1.5:
-                held = value - 1.5
-            elif value < held - 1.5:
-                held = value + 1.5
-            assert now == pytest.approx(held, abs=1e-12)
-    np.testing.assert_array_equal(play(values, 0.0), values)
-    assert np.ptp(play(values, 1e3)) == np.ptp(values[:, :, 0])
 
 
 def test_the_walk_is_that_of_the_dense_smoother_away_from_the_ends() -> None:
