@@ -25,6 +25,7 @@ from slipstick.machine.declaration import Block, Machine, Namespace, as_tuple, i
 from slipstick.machine.runs import Runs
 from slipstick.machine.system import AT_INSTANTS, States, system_of
 from slipstick.numerics.equal_steps import require_equal_steps
+from slipstick.numerics.levels import list_levels
 
 _LOOSE = 0.3
 """Standard deviation of the prior of a mean that is to be calibrated, in the scale of its parameter."""
@@ -41,8 +42,6 @@ _DRAWN = 25.0
 too short, a simulation never comes back to the recording, and has no slope that would tell why."""
 _SLOW = 0.9
 """Autocorrelation of a disturbance from sample to sample, to begin with."""
-_FEW = 4
-"""Runs that a stated level needs on average, to have an error of its own."""
 
 
 def prepare(machine: Machine, runs: Runs, values: Mapping[str, float] | None = None,
@@ -252,13 +251,3 @@ def _list_terms(machine: Machine, runs: Runs, parts: tuple[Part, ...],
         shared += [Term(f"clock of {signal} in {part.name}", "clock", clock_of(part, signal), 1.0, ones, std=0.5,
                         target=0.5) for signal in (*part.signals, *part.noise)]
     return tuple(random), tuple(shared)
-
-
-def list_levels(values: np.ndarray, order: np.ndarray | None = None) -> list[np.ndarray]:
-    """Return indicators (n,) of stated levels, or of all runs where levels have few; with an `order` also a drift."""
-    levels = np.unique(values)
-    own = [(values == level).astype(float) for level in levels] if len(levels) <= len(values) / _FEW else [
-        np.ones(len(values))]
-    if order is not None and np.ptp(order) > 0:
-        own.append((order - order.mean()) / np.ptp(order))
-    return own

@@ -20,8 +20,6 @@ from slipstick.naming.mechanics import (
     CONDITIONS_WITHIN,
     KNOWN,
     TORQUE_GAIN,
-    drifting_columns,
-    level_columns,
     lock_spike,
     steepness,
     true_torque,
@@ -29,6 +27,7 @@ from slipstick.naming.mechanics import (
 )
 from slipstick.naming.scene import OF_PLATES, WITHIN, Scene
 from slipstick.numerics import piecewise
+from slipstick.numerics.levels import list_levels
 
 _SIGNALS = ("output speed", "time", "run order", "input speed", "pressure", "output position", "motor speed")
 _OF_BRAKE = ("output speed", "time", "run order", "output position")
@@ -59,7 +58,8 @@ class LoadBlock:
         self.counted = scene.slipping | scene.locked  # the torque jumps between
         self.inertia, self.brake = conditions.load_inertia, conditions.brake_torque
         self.viscous = scene.value("output_viscous")
-        self._inertias, self._brakes = level_columns(self.inertia), drifting_columns(self.brake, scene.run)
+        self._inertias = np.column_stack(list_levels(self.inertia))
+        self._brakes = np.column_stack(list_levels(self.brake, scene.run))
         self.fixed: tuple[str, ...] = ("clock", *(f"inertia {i}" for i in range(self._inertias.shape[1])),
                                        *(f"brake {i}" for i in range(self._brakes.shape[1])))
         self.fixed_std = np.array([scene.step, *[CONDITIONS_WITHIN] * (len(self.fixed) - 1)])

@@ -21,26 +21,6 @@ _ROUNDS = 6
 _FURTHEST, _TABLE = 2.0, 2**13 + 1
 """Range, in units of the largest torque, and length of the table by which a gain error is taken off: with 64 pieces
 that differ by a tenth, the torque is then off by 4e-7 of the largest."""
-_FEW = 4
-"""Engagements that a stated level needs on average, to have an error of its own."""
-
-
-def level_columns(values: np.ndarray) -> np.ndarray:
-    """Indicators (n, m) of the levels of a condition (n,); one column of 1 where levels have few engagements."""
-    if not has_levels(values):
-        return np.ones((len(values), 1))
-    return np.asarray((values[:, None] == np.unique(values)).astype(float))
-
-
-def drifting_columns(values: np.ndarray, run: np.ndarray) -> np.ndarray:
-    """Indicators (n, m) of the levels of a condition (n,), and where the `run` order (n,) is known a drift over it."""
-    levels, span = level_columns(values), np.ptp(run)
-    return np.column_stack([levels, (run - run.mean()) / span]) if span > 0 else levels
-
-
-def has_levels(values: np.ndarray) -> bool:
-    """Whether a condition (n,) is stated in levels, each with engagements enough to have an error of its own."""
-    return len(np.unique(values)) <= len(values) / _FEW
 
 
 def lock_spike(scene: Scene) -> np.ndarray:

@@ -17,9 +17,10 @@ from slipstick.clutch.ensemble import initial_input_speed
 from slipstick.naming.block import changed
 from slipstick.naming.drive import KNOTS, AtSpeed, Drive
 from slipstick.naming.filters import first_order
-from slipstick.naming.mechanics import CONDITIONS_WITHIN, drifting_columns, lock_spike
+from slipstick.naming.mechanics import CONDITIONS_WITHIN, lock_spike
 from slipstick.naming.scene import Scene
 from slipstick.naming.shaft_kernel import turn
+from slipstick.numerics.levels import list_levels
 from slipstick.numerics.threads import mapped, parts_of
 
 CONVERTER_WITHIN = 0.05
@@ -63,7 +64,7 @@ class Shaft:
         initial, column = initial_input_speed(physics.curves, np.tile(scene.base, (len(scene), 1)), conditions)
         self._initial = initial[np.arange(len(scene)), column]
         self._drive = Drive.of(physics.curves, self._motor, scene.smooth["input_speed"])
-        self._levels = drifting_columns(self._motor, scene.run)
+        self._levels = np.column_stack(list_levels(self._motor, scene.run))
         count = self._levels.shape[1]
         self.shared = ("sag", *(f"motor {i}" for i in range(count)), *(f"converter {i}" for i in range(KNOTS)))
         self.shared_std = (_SAG_WITHIN, *[CONDITIONS_WITHIN] * count, *[CONVERTER_WITHIN] * KNOTS)

@@ -11,7 +11,7 @@ import numpy as np
 
 from slipstick.bench.conditions import Conditions
 from slipstick.confirmation.simulated import CONDITIONS, RANDOM
-from slipstick.naming.mechanics import has_levels
+from slipstick.numerics.levels import has_levels
 from slipstick.studies.result import MeasuredCondition
 
 _BELIEVED = 3.0
