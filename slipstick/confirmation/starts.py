@@ -6,7 +6,7 @@ from slipstick.confirmation.simulated import SimulatedBench
 from slipstick.confirmation.terms import Terms
 from slipstick.engine.linear_model import Gram
 from slipstick.naming.curved import CurvedFit
-from slipstick.naming.linear_model import gram_of
+from slipstick.naming.linear_model import columns_of, gram_of
 
 _MULTIPLES = (-3.0, -1.0, -0.3, 0.0, 0.1, 0.3, 1.0, 3.0)
 """Of the typical value of an amplitude, from which the best one starts the fit."""
@@ -43,13 +43,12 @@ class About:
     def __init__(self, block: SimulatedBench, fitted: CurvedFit) -> None:
         """Compute the columns of the parameters and of the coefficients."""
         self.block, self.fitted = block, fitted
-        self.own, self.fixed = block.at(fitted.shared).columns(fitted.points, (), fitted.predicted)
-        self.z = block.measured - fitted.predicted + np.einsum("nq,nqk->nk", fitted.points, self.own)
-        self.z = self.z + fitted.shared @ self.fixed
+        self.columns = columns_of(block.at(fitted.shared), fitted.points, fitted.shared, (), fitted.predicted, ())
 
     def beside(self, columns: np.ndarray) -> Gram:
         """The products with further `columns` (n, m, K)."""
-        return gram_of(self.block, [self.own, self.fixed, columns], self.z, self.fitted.noise, columns.shape[1])
+        own = self.columns
+        return gram_of(self.block, [*own.each, columns], own.z, self.fitted.noise, columns.shape[1])
 
     def column(self, terms: Terms, term: str) -> np.ndarray:
         """The derivative (n, K) with respect to one of `terms` that the fit does not have, over its typical size.
@@ -68,7 +67,7 @@ class About:
         """
         columns = [self.column(terms, term) for term in self._new(terms)]
         products = self.beside(np.stack(columns, axis=1)).products
-        q, new, std = self.own.shape[1], slice(-1 - len(columns), -1), np.sqrt(self.fitted.variance)
+        q, new, std = self.columns.own.shape[1], slice(-1 - len(columns), -1), np.sqrt(self.fitted.variance)
         own, onto = products[:, :q, :q] * np.outer(std, std), products[:, :q, new] * std[:, None]
         off = np.maximum(_LINEAR**2 * np.einsum("ntt->nt", products[:, new, new]), 1.0)
         changes = [np.linalg.solve(own + off[:, t, None, None] * np.eye(q), onto[:, :, t:t + 1])

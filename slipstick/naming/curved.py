@@ -32,7 +32,7 @@ from slipstick.engine.linear_model import REACH, Gram, estimate
 from slipstick.naming.block import Pair, SearchedBlock
 from slipstick.naming.curved_steps import DAMPING, Values, prior_of, scatter_of, squares_of, stepped
 from slipstick.naming.fit import BlockFit, reduced
-from slipstick.naming.linear_model import gram_of
+from slipstick.naming.linear_model import columns_of, part_of
 
 _LEAST = 1e-4**2
 """Smallest variance of a parameter, relative to nominal squared: far below what recordings tell, and not singular."""
@@ -125,17 +125,9 @@ def _linearised(block: SearchedBlock, values: Values, noise: BlockNoise) -> tupl
 
     The parameters themselves are the coefficients of the latter.
     """
-    laws = values.laws
-    predicted = block.base(values.points, laws)
-    own, fixed = block.columns(values.points, laws, predicted)
-    free = [block.basis(pair, values.points, laws, predicted) for pair, _ in laws]
-    z = block.measured - predicted + np.einsum("nq,nqk->nk", values.points, own)
-    z = z + values.shared @ fixed
-    for (_, law), columns in zip(laws, free, strict=True):
-        z = z + law @ columns
-    extra = sum(len(law) for _, law in laws)
-    gram: Gram = gram_of(block, [own, fixed, *free], z, noise, extra)
-    return predicted, own, gram
+    predicted = block.base(values.points, values.laws)
+    columns = columns_of(block, values.points, values.shared, values.laws, predicted, list(values.coefficients))
+    return predicted, columns.own, part_of(block, columns, noise).gram
 
 
 def _spread(points: np.ndarray, information: np.ndarray, precision: np.ndarray, widest: np.ndarray,
