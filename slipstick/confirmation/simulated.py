@@ -140,14 +140,13 @@ class SimulatedBench:
                                  self.scene.time, paired=True, laws=self.terms.scaled(values))
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Derivatives (n, q, K) with respect to the parameters and (n, p + c, K) to what engagements share."""
+        """Derivatives (n, q, K) with respect to the parameters and (n, p + c, K) to what engagements share.
+
+        Those with respect to coefficients are inwards at a bound.
+        """
         steps = self.step * np.eye(len(self.random))[:, None]
         ahead = self.rows_at(points + steps, self.shared)
         own = (ahead - predicted) / self.step
-        return own.transpose(1, 0, 2), self.shared_columns(points, laws, predicted)
-
-    def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
-        """Derivatives (n, p + c, K) with respect to the coefficients, inwards at a bound, and to the clocks."""
         columns, units = [], np.eye(len(self.fixed))
         for place, upper in enumerate(self.bounds[1, self.coefficients]):
             step = self.step if self.shared[place] + self.step <= upper else -self.step
@@ -158,7 +157,8 @@ class SimulatedBench:
         clocks = np.zeros((len(points), len(self.traces.signals), late.shape[1]))
         for place, signal in enumerate(self.traces.signals):
             clocks[:, place, self.traces.columns[signal]] = late[:, self.traces.columns[signal]]
-        return np.concatenate([*(column[:, None] for column in columns), clocks], axis=1)
+        fixed = np.concatenate([*(column[:, None] for column in columns), clocks], axis=1)
+        return own.transpose(1, 0, 2), fixed
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """Independent with unit variance."""

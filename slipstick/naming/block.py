@@ -2,7 +2,7 @@
 
 About parameters b (n, q) of n engagements, shared values s (p,) and laws with coefficients c, a block predicts
 
-    y = base(b, laws) + s . shared_columns,   dy = columns . (db, ds) + basis . dc
+    y = base(b, s, laws),   dy = columns . (db, ds) + basis . dc
 
 All parameters are relative changes, 0 at the nominal value: a parameter of the bench is base * (1 + b).
 """
@@ -61,9 +61,6 @@ class Block(Protocol):
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Derivatives (n, q, k) with respect to `points` and (n, p, k) with respect to the shared values."""
-
-    def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
-        """Derivatives (n, p, k) with respect to the shared values alone."""
 
     def pairs(self, rare: bool = False) -> list[Pair]:
         """The laws that the block can be asked for, with or without `rare` ones, which hardly any bench has."""

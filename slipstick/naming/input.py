@@ -134,10 +134,6 @@ class InputBlock:
         own, fixed = (sensor_errors.as_read(self.scene, change, speed, laws, SENSOR, self.finer) for change in changes)
         return own, np.concatenate([bases.later(speed, self.scene.time, self._clock)[:, None], fixed], axis=1)
 
-    def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
-        """Changes (n, p, k) in rad/s with clock, sag, motor speeds and converter."""
-        return self.columns(points, laws, predicted)[1]
-
     def level_errors(self, shared: np.ndarray) -> dict[str, np.ndarray]:
         """Relative errors (n,) of the stated motor speeds."""
         return {"motor_speed": self._shaft.level_errors(shared[1:])}
@@ -158,7 +154,7 @@ class InputBlock:
     def basis(self, pair: Pair, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
         """Changes (n, m, k) in rad/s with the coefficients of a law."""
         if pair[0] == SENSOR:
-            return self._reading(pair, self._speed)
+            return sensor_errors.reading(self.scene, *pair, self._speed, self.finer.get(pair, 0))
         torque = self._torque(pair, laws) / (self._steep[:, None] if pair == TORQUE_GAIN else 1.0)
         change = self._shaft.responded(torque, self._about)
         return sensor_errors.as_read(self.scene, change, self._speed, laws, SENSOR, self.finer)
@@ -187,10 +183,6 @@ class InputBlock:
     def _unit(self, quantity: str) -> float:
         """Unit of a lag in s, or of an input torque in N m, so that coefficients are about 1."""
         return lag_unit(self.scene) if quantity == _CHANGING_LAG else self.scene.typical_torque / self.scene.gear
-
-    def _reading(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
-        """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
-        return sensor_errors.reading(self.scene, *pair, speed, self.finer.get(pair, 0))
 
     def _torque(self, pair: Pair, laws: Laws) -> np.ndarray:
         """Torques (n, m, k) in N m that drive the shaft."""

@@ -144,10 +144,6 @@ class LoadBlock:
                                 own[:, 1:2] * self._brakes[:, :, None]], axis=1)
         return np.concatenate([own, self._kicks(points)], axis=1), fixed
 
-    def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
-        """Changes (n, p, k) in rad/s with the clock and what the conditions state."""
-        return self.columns(points, laws, predicted)[1]
-
     def level_errors(self, shared: np.ndarray) -> dict[str, np.ndarray]:
         """Relative errors (n,) of the stated inertias (of their inverse) and brake torques."""
         first = 1 + self._inertias.shape[1]
@@ -166,7 +162,7 @@ class LoadBlock:
         """Changes (n, m, k) in rad/s with the coefficients of a law: torques against the load, or shares of the brake.
         """
         if pair[0] == SENSOR:
-            return self._reading(pair, self._speed)
+            return sensor_errors.reading(self.scene, *pair, self._speed, self.finer.get(pair, 0))
         torque = self._torque(pair) / (self._steep[:, None] if pair == TORQUE_GAIN else 1.0)
         return sensor_errors.as_read(self.scene, self._respond(points, torque), self._speed, laws, SENSOR, self.finer)
 
@@ -180,10 +176,6 @@ class LoadBlock:
         if on in scene.of_runs:
             return over_runs(pair, scene, self.finer.get(pair, 0), size, is_share, centred=is_share)
         return over(pair, self.knots(pair), size * np.eye(fineness(self, pair)), is_share)
-
-    def _reading(self, pair: Pair, speed: np.ndarray) -> np.ndarray:
-        """Errors (n, m, k) in rad/s of the sensor that reads `speed` (n, k)."""
-        return sensor_errors.reading(self.scene, *pair, speed, self.finer.get(pair, 0))
 
     def _torque(self, pair: Pair) -> np.ndarray:
         """Torques (n, m, k) in N m that drive the load. Those over signals of the scene are computed once."""

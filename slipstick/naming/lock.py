@@ -54,7 +54,7 @@ class LockBlock:
         total = self.scene.gear * points[:, :1] * self.output
         for pair, coefficients in laws:
             total = total + coefficients @ self.basis(pair, points, laws, total)
-        return np.asarray(total + self._shared @ self.shared_columns(points, laws, total))
+        return np.asarray(total + self._shared @ self._of_clock())
 
     def noise(self, points: np.ndarray) -> BlockNoise:
         """That of both sensors."""
@@ -63,9 +63,9 @@ class LockBlock:
 
     def columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Changes (n, 1, k) in rad/s with the gear ratio, and (n, 1, k) in rad/s^2 with the clock."""
-        return self.scene.gear * self.output[:, None], self.shared_columns(points, laws, predicted)
+        return self.scene.gear * self.output[:, None], self._of_clock()
 
-    def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
+    def _of_clock(self) -> np.ndarray:
         """Change (n, 1, k) in rad/s^2 with the clock."""
         return bases.later(self.scene.gear * self.output, self.scene.time, 0.0)[:, None]
 

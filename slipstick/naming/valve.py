@@ -125,10 +125,6 @@ class ValveBlock:
         late, early = (changed(self, clock=self.clock + step).base(points, laws) for step in (h, -h))
         return np.stack(own, axis=1), ((late - early) / (2 * h))[:, None]
 
-    def shared_columns(self, points: np.ndarray, laws: Laws, predicted: np.ndarray) -> np.ndarray:
-        """Change (n, 1, k) in bar/s of the pressure with the clock."""
-        return self.columns(points, laws, predicted)[1]
-
     def pairs(self, rare: bool = False) -> list[Pair]:
         """Laws of the current, the line pressure, the delay and the sensor."""
         usual = ("valve current", "current"), ("valve current", "past current"), ("line pressure", "time")
