@@ -132,8 +132,7 @@ def predict_levels(problem: InferenceProblem) -> np.ndarray:
               for half in (indices[::2], indices[1::2])]
     candidate = search_space(SETTINGS, problem).candidate(fit_vector(halves[0]))
     times = halves[1].model(candidate.inputs.points(standard_normals(2, 1 << 13, 1)), halves[1].conditions)
-    levels: np.ndarray = ndtr((halves[1].measured_time - times) / candidate.output_std).mean(axis=0)
-    return levels
+    return np.asarray(ndtr((halves[1].measured_time - times) / candidate.output_std).mean(axis=0))
 
 
 def fit_vector(problem: InferenceProblem) -> np.ndarray:

@@ -96,8 +96,7 @@ class Inputs:
     def at_scores(self, scores: np.ndarray) -> np.ndarray:
         """Inputs at their normal scores (m, d): shape (m, d)."""
         if set(self.families) == {"normal"}:
-            points: np.ndarray = self.mean + self.marginal_std * scores
-            return points
+            return np.asarray(self.mean + self.marginal_std * scores)
         return np.column_stack([from_score(family, scores[:, index], *self._moments(index))
                                 for index, family in enumerate(self.families)])
 

@@ -39,5 +39,4 @@ def log10_mean_density(outputs: np.ndarray, times: np.ndarray, output_std: float
     exponents -= np.where(np.isfinite(top), top, 0.0)
     np.maximum(exponents, _NEGLIGIBLE, out=exponents)
     log_mean = top + np.log(np.exp(exponents, out=exponents).mean(axis=0))
-    density: np.ndarray = (log_mean - np.log(output_std * np.sqrt(2 * np.pi))) / np.log(10.0) - 3.0
-    return density
+    return np.asarray((log_mean - np.log(output_std * np.sqrt(2 * np.pi))) / np.log(10.0) - 3.0)

@@ -27,5 +27,4 @@ def score(values: np.ndarray, skewness: float, excess: float) -> np.ndarray:
     for _ in range(_STEPS):
         slope = 1 + z * skewness / 3 + (z**2 - 1) * excess / 8 - (6 * z**2 - 5) * skewness**2 / 36
         z = z - (quantile(z, skewness, excess) - within) / slope
-    scores: np.ndarray = np.clip(z, -FARTHEST, FARTHEST)
-    return scores
+    return np.asarray(np.clip(z, -FARTHEST, FARTHEST))

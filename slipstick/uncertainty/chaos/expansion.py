@@ -116,26 +116,22 @@ class Expansion:
     @property
     def missing(self) -> np.ndarray:
         """Mask of the conditions without an expansion, shape (n,): those with a time of NaN at any node."""
-        missing: np.ndarray = np.isnan(self.coefficients[0])
-        return missing
+        return np.asarray(np.isnan(self.coefficients[0]))
 
     @property
     def mean(self) -> np.ndarray:
         """Mean of the polynomial, shape (n,), s."""
-        mean: np.ndarray = self.coefficients[0]
-        return mean
+        return np.asarray(self.coefficients[0])
 
     @property
     def linear(self) -> np.ndarray:
         """Coefficients of the linear terms, shape (d, n), s; 0 for a condition without an expansion."""
-        linear: np.ndarray = np.nan_to_num(self.basis.is_linear @ self.coefficients)
-        return linear
+        return np.asarray(np.nan_to_num(self.basis.is_linear @ self.coefficients))
 
     @property
     def std(self) -> np.ndarray:
         """Standard deviation of the polynomial, shape (n,), s."""
-        std: np.ndarray = np.sqrt(np.sum(self.coefficients[1:] ** 2, axis=0))
-        return std
+        return np.asarray(np.sqrt(np.sum(self.coefficients[1:] ** 2, axis=0)))
 
     @property
     def error(self) -> np.ndarray:
@@ -149,8 +145,7 @@ class Expansion:
         if not weights.any():
             return np.full(len(self.mean), np.nan)
         residual = self.times - self.at(self.basis.nodes)
-        error: np.ndarray = np.sqrt(matrix_product(weights[None], residual**2)[0])
-        return error
+        return np.asarray(np.sqrt(matrix_product(weights[None], residual**2)[0]))
 
     def at(self, germs: np.ndarray) -> np.ndarray:
         """The polynomial at the germs (m, d): shape (m, n), s."""

@@ -40,8 +40,7 @@ def from_score(family: Family, score: np.ndarray, mean: float, std: float, suppo
     """Values at the normal scores `score`, same shape."""
     if family == "lognormal" and std > 0:
         log_mean, log_std = logarithm_moments(mean, std)
-        values: np.ndarray = np.exp(log_mean + log_std * score)
-        return values
+        return np.asarray(np.exp(log_mean + log_std * score))
     values = mean + std * germ_of(family, mean, std, support).of_normal(score)
     return values
 

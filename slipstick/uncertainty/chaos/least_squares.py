@@ -23,8 +23,7 @@ def projection(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
         raise InvalidValue(f"The {len(rows)} polynomials are linearly dependent at the {len(values)} samples",
                            "Take more samples")
     _substitute_back(rows, factor)
-    matrix: np.ndarray = rows * root
-    return matrix
+    return np.asarray(rows * root)
 
 
 @numba.njit(cache=True, nogil=True)

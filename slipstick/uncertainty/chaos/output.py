@@ -37,16 +37,14 @@ class Output:
     @property
     def std(self) -> np.ndarray:
         """Standard deviation, noise included, shape (n,), s."""
-        std: np.ndarray = np.hypot(self.expansion.std, self.output_std)
-        return std
+        return np.asarray(np.hypot(self.expansion.std, self.output_std))
 
     def quantiles(self, probabilities: np.ndarray) -> np.ndarray:
         """Quantiles at the probabilities (p,), noise included: shape (p, n), s."""
         basis = self.expansion.basis
         normals = standard_normals(len(basis.germs) + 1, self.samples, self.seed)
         times = self.expansion.at(germs_from_normals(basis.germs, normals[:, :-1])) + self.output_std * normals[:, -1:]
-        quantiles: np.ndarray = np.quantile(times, probabilities, axis=0)
-        return quantiles
+        return np.asarray(np.quantile(times, probabilities, axis=0))
 
     def density(self, times: np.ndarray) -> np.ndarray:
         """Density per ms at the times (g, n) in s, one grid per condition: shape (g, n). Raises `InvalidValue`."""

@@ -29,5 +29,4 @@ def _shares(expansion: Expansion, terms: np.ndarray) -> np.ndarray:
     squares = expansion.coefficients**2
     variance = squares[1:].sum(axis=0)
     variance = np.where(variance > _ROUNDING * squares[0], variance, 0.0)
-    shares: np.ndarray = (squares.T @ terms) / np.where(variance > 0, variance, np.nan)[:, None]
-    return shares
+    return np.asarray((squares.T @ terms) / np.where(variance > 0, variance, np.nan)[:, None])

@@ -31,5 +31,4 @@ def degrees(dimension: int, order: int, norm: float = 1.0) -> np.ndarray:
         if len(terms) > MOST_TERMS:
             raise InvalidValue(f"An expansion of order {order} in {dimension} inputs has more than {MOST_TERMS} terms",
                                "Lower the order or the norm, or vary fewer inputs")
-    by_degree: np.ndarray = terms[np.lexsort([*-terms.T[::-1], terms.sum(axis=1)])]
-    return by_degree
+    return np.asarray(terms[np.lexsort([*-terms.T[::-1], terms.sum(axis=1)])])

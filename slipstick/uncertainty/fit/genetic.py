@@ -68,8 +68,7 @@ def ask(search: Search, population: Population) -> np.ndarray:
     draw = random.random(count)
     step = np.where(draw < 0.5, (2 * draw) ** (1 / (MUTATION + 1)) - 1, 1 - (2 - 2 * draw) ** (1 / (MUTATION + 1)))
     mutated = random.random(count) < 1 / len(span)
-    candidates: np.ndarray = np.clip(children + mutated * step * span, search.lower, search.upper)
-    return candidates
+    return np.asarray(np.clip(children + mutated * step * span, search.lower, search.upper))
 
 
 def tell(search: Search, population: Population, candidates: np.ndarray, fitness: np.ndarray) -> Population:

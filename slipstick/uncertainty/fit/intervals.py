@@ -104,8 +104,7 @@ def combinations(problem: InferenceProblem, space: Unknowns, optimum: np.ndarray
 
 def direction_of(space: Unknowns, weights: np.ndarray) -> np.ndarray:
     """The direction (k,) in natural unknowns for `weights` (k,) of unknowns in units of their ranges."""
-    direction: np.ndarray = weights / _span(space)
-    return direction
+    return np.asarray(weights / _span(space))
 
 
 def drop_at_level(level: float) -> float:
@@ -249,5 +248,4 @@ class _Profile:
 
 def _span(space: Unknowns) -> np.ndarray:
     """The range of each unknown on natural scale, shape (k,)."""
-    span: np.ndarray = space.to_natural(space.upper) - space.to_natural(space.lower)
-    return span
+    return np.asarray(space.to_natural(space.upper) - space.to_natural(space.lower))

@@ -118,8 +118,7 @@ def information(scores: np.ndarray) -> np.ndarray:
     scores are NaN, are left out.
     """
     finite = scores[np.all(np.isfinite(scores), axis=1)]
-    matrix: np.ndarray = matrix_product(finite.T, finite) + np.eye(scores.shape[1])
-    return matrix
+    return np.asarray(matrix_product(finite.T, finite) + np.eye(scores.shape[1]))
 
 
 def _local_maximum(problem: InferenceProblem, space: Unknowns, start: np.ndarray) -> np.ndarray:

@@ -57,8 +57,7 @@ def _input_derivatives(space: Unknowns, vector: np.ndarray, index: int, normals:
     step = _SMALL * np.eye(len(vector))[index]
     ends = [np.clip(vector + move, space.lower, space.upper) for move in (step, -step)]
     ahead, behind = (space.candidate(end).inputs.points(normals) for end in ends)
-    derivatives: np.ndarray = (ahead - behind) / (ends[0] - ends[1])[index]
-    return derivatives
+    return np.asarray((ahead - behind) / (ends[0] - ends[1])[index])
 
 
 def _by_moments(space: Unknowns, candidate: Candidate, factor: np.ndarray, moments: lines.Moments) -> np.ndarray:

@@ -123,8 +123,7 @@ def _widths(slopes: np.ndarray, direction: np.ndarray, noise: float) -> np.ndarr
     squares = np.array([(direction @ slopes) ** 2])
     if len(direction) == 2:
         squares = np.concatenate([squares, np.sum(slopes**2, axis=0) - squares])
-    widths: np.ndarray = np.sqrt(1 - squares / (noise**2 + np.sum(slopes**2, axis=0)))
-    return widths
+    return np.asarray(np.sqrt(1 - squares / (noise**2 + np.sum(slopes**2, axis=0))))
 
 
 def _density(peaks: np.ndarray, sums: np.ndarray, noise: float, size: float, dimension: int) -> np.ndarray:

@@ -309,5 +309,4 @@ def steepest_direction(inputs: Inputs, slopes: np.ndarray) -> np.ndarray:
 def _leading_direction(slopes: np.ndarray) -> np.ndarray:
     """The leading left singular vector (d,) of the slopes (d, n), with its largest entry positive."""
     direction = np.linalg.eigh(matrix_product(slopes, slopes.T))[1][:, -1]
-    steepest: np.ndarray = direction * np.where(direction[np.argmax(np.abs(direction))] < 0, -1.0, 1.0)
-    return steepest
+    return np.asarray(direction * np.where(direction[np.argmax(np.abs(direction))] < 0, -1.0, 1.0))

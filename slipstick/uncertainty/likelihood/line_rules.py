@@ -141,5 +141,4 @@ def _gauss_legendre(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _log_normal(normals: np.ndarray) -> np.ndarray:
-    log_density: np.ndarray = -0.5 * normals * normals - 0.5 * np.log(2 * np.pi)
-    return log_density
+    return np.asarray(-0.5 * normals * normals - 0.5 * np.log(2 * np.pi))

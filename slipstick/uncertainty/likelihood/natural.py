@@ -74,8 +74,7 @@ class NaturalLikelihood:
             return np.zeros(self.size)
         step = STEP / largest if np.isfinite(largest) else 0.0
         ahead, behind = self.gradient(vector + step * direction), self.gradient(vector - step * direction)
-        applied: np.ndarray = (ahead - behind) / (2 * step)
-        return applied
+        return np.asarray((ahead - behind) / (2 * step))
 
     @property
     def _unknowns(self) -> Unknowns:

@@ -224,8 +224,7 @@ def _jackknife(densities: np.ndarray, control: np.ndarray, known: np.ndarray) ->
 def _mean(densities: np.ndarray) -> np.ndarray:
     """log10 of the mean of 10^densities over the first axis."""
     with np.errstate(divide="ignore"):
-        mean: np.ndarray = (scipy.special.logsumexp(_LN10 * densities, axis=0) - math.log(len(densities))) / _LN10
-        return mean
+        return np.asarray((scipy.special.logsumexp(_LN10 * densities, axis=0) - math.log(len(densities))) / _LN10)
 
 
 def _change(before: np.ndarray, after: np.ndarray) -> np.ndarray:

@@ -45,8 +45,7 @@ class Unknowns:
 
     def to_natural(self, vector: np.ndarray) -> np.ndarray:
         """The vector (k,) converted to natural scale, on which stds are not logarithms."""
-        natural: np.ndarray = np.where(self.is_logarithmic, np.exp(np.where(self.is_logarithmic, vector, 0.0)), vector)
-        return natural
+        return np.asarray(np.where(self.is_logarithmic, np.exp(np.where(self.is_logarithmic, vector, 0.0)), vector))
 
     def from_natural(self, natural: np.ndarray) -> np.ndarray:
         """The inverse of `to_natural`, shape (k,), clipped to the bounds."""
@@ -73,8 +72,7 @@ class Unknowns:
         partial = partial_from_factor(inputs.factor) if self.correlated else np.empty(0)
         with np.errstate(divide="ignore"):
             vector = np.concatenate([inputs.mean, np.log(inputs.marginal_std), [np.log(candidate.output_std)], partial])
-        clipped: np.ndarray = np.clip(vector, self.lower, self.upper)
-        return clipped
+        return np.asarray(np.clip(vector, self.lower, self.upper))
 
     def _correlation(self, first: int, second: int) -> str:
         name = f"correlation of {self.axes[first]} and {self.axes[second]}"
@@ -105,5 +103,4 @@ def partial_from_factor(factor: np.ndarray) -> np.ndarray:
         for row in range(column + 1, d):
             rest = 1.0 - np.sum(factor[row, :column] ** 2)
             table[column, row] = factor[row, column] / np.sqrt(rest)
-    partial: np.ndarray = table[np.triu_indices(d, 1)]
-    return partial
+    return np.asarray(table[np.triu_indices(d, 1)])
