@@ -83,7 +83,7 @@ class ValveBlock:
 
     def base(self, points: np.ndarray, laws: Laws = ()) -> np.ndarray:
         """Pressure (n, k) in bar as the sensor reads it, at `points` (n, 3)."""
-        at, late = self._slowed(points, laws)[0], self.clock / self.scene.step
+        at, late = self._slowed(points, laws), self.clock / self.scene.step
         self._full = self._own(at, self.clock)
         demand = self._changed_demand(at, laws)
         if demand is not None:  # the filter is linear
@@ -157,29 +157,27 @@ class ValveBlock:
 
     def _added(self, pair: Pair, points: np.ndarray, laws: Laws) -> np.ndarray:
         """Changes (n, m, k) in bar of the pressure with the coefficients of a law, before it is scaled and read."""
-        scene, (quantity, on) = self.scene, pair
+        scene, (quantity, on), slowed = self.scene, pair, self._slowed(points, laws)
         if on in scene.of_runs:
-            slowed = self._slowed(points, laws)[0]
             step = _STEP * np.eye(3)[_BETWEEN[quantity]]
             column = (self._own(slowed + step, self.clock) - self._own(slowed, self.clock)) / _STEP
             if quantity == "valve delay":  # a change of the delay of each engagement, and not of the nominal one
                 column = column * (1 + points[:, :1])
             return np.asarray(column[:, None] * self._between(pair)[:, :, None])
-        points = self._slowed(points, laws)[0]
         if quantity == "valve delay":
             hats = piecewise.hats(self._abscissa(on), self._knots(pair))[:, 1:]
-            return self._varying(points, laws, hats / self._factor(laws)[:, None])[1]
-        gain = self._vectors(points)[:, self._places[2], None, None]
+            return self._varying(slowed, laws, hats / self._factor(laws)[:, None])[1]
+        gain = self._vectors(slowed)[:, self._places[2], None, None]
         if pair == ("valve current", "current"):
             hats = piecewise.hats(self.current, self._currents(pair))
             # From the current at the command on, where the pressure is at rest. Without the outer hats, which
             # current bias and gain replace.
-            return self._respond(points, gain * (hats - hats[:, :, :1])[:, 1:-1])
+            return self._respond(slowed, gain * (hats - hats[:, :, :1])[:, 1:-1])
         if on == "past current":
-            return self._respond(points, gain * self._remembered(self.finer.get(pair, 0)))
-        size = {"line pressure": self._demand(points)[:, None], "valve current": gain}[quantity]
+            return self._respond(slowed, gain * self._remembered(self.finer.get(pair, 0)))
+        size = {"line pressure": self._demand(slowed)[:, None], "valve current": gain}[quantity]
         # Without the first hat, which at the command only gain or bias could be told from.
-        return self._respond(points, size * piecewise.hats(self._abscissa(on), self._knots(pair))[:, 1:])
+        return self._respond(slowed, size * piecewise.hats(self._abscissa(on), self._knots(pair))[:, 1:])
 
     def _factor(self, laws: Laws) -> np.ndarray:
         """Factor (n, 2 k - 1) of the delay by `laws` within an engagement."""
@@ -264,15 +262,15 @@ class ValveBlock:
             self._memories[finer] = past_current.remembered(self.current, self.times, delay, finer)
         return self._memories[finer]
 
-    def _slowed(self, points: np.ndarray, laws: Laws) -> tuple[np.ndarray, np.ndarray]:
-        """The points (n, 3) with the delays under `laws`, and the factors (n,) by which these change them.
+    def _slowed(self, points: np.ndarray, laws: Laws) -> np.ndarray:
+        """The points (n, 3) with the delays under `laws`.
 
         The pressure is far from linear in the delay, which some valves double.
         """
         change = [self._between(pair) @ coefficients for pair, coefficients in laws
                   if pair[0] == "valve delay" and pair[1] in self.scene.of_runs]
         factor = np.maximum(1 + np.sum([np.zeros(len(points)), *change], axis=0), _SHORTEST)
-        return np.column_stack([(1 + points[:, 0]) * factor - 1, points[:, 1:]]), factor
+        return np.column_stack([(1 + points[:, 0]) * factor - 1, points[:, 1:]])
 
     def _vectors(self, points: np.ndarray) -> np.ndarray:
         """Parameter vectors (n, 20)."""
