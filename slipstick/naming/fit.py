@@ -12,7 +12,7 @@ from typing import Self
 import numpy as np
 
 from slipstick.blocks.whitening import BlockNoise
-from slipstick.engine.linear_model import Fitted, estimate, marginalise
+from slipstick.engine.linear_model import Fitted, estimate
 from slipstick.naming.block import Block, Laws, Pair, changed, first_shared
 from slipstick.naming.linear_model import Columns, Joint, Part, columns_of, joined, part_of
 from slipstick.numerics.threads import mapped
@@ -122,11 +122,8 @@ def _alone(parts: Sequence[Part], joint: Joint, fitted: Fitted) -> list[Fitted]:
         q = part.gram.random
         variance = fitted.variance[first:first + q]
         first += q
-        marginal, logdet, spread = marginalise(part.gram, variance)
-        coefficients = fitted.coefficients[rows]
-        pull = part.gram.products[:, :q, -1] - part.gram.products[:, :q, :-1] @ coefficients
-        alone.append(Fitted(part.gram, coefficients, fitted.covariance[np.ix_(rows, rows)], variance, marginal, logdet,
-                            (spread @ pull[..., None])[..., 0]))
+        own = replace(estimate(part.gram, variance, fixed=True), covariance=fitted.covariance[np.ix_(rows, rows)])
+        alone.append(own.at(fitted.coefficients[rows]))
     return alone
 
 
