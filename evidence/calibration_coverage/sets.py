@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.signal import lfilter
 
 from slipstick.bench import Bench, Conditions, parameters
 from slipstick.clutch import ensemble
 from slipstick.clutch.model import Model
+from slipstick.engine.noise import Noise, draw_noise
 from slipstick.recordings import Recordings, Signals
 from slipstick.recordings.signals import SIGNAL_UNITS
 
@@ -57,9 +57,8 @@ def record_runs(bench: Bench, conditions: Conditions, mean: np.ndarray, scatter:
     locked = np.flatnonzero((response.status == ensemble.LOCKED) & (response.shifting_time < time[-1]))
     signals = []
     for name in SIGNAL_UNITS:
-        sensor, white = bench.sensors[name], random.normal(size=(n, len(time)))
-        white[:, 1:] *= np.sqrt(1 - correlation**2)
-        noisy = getattr(response, name) + (sensor.noise or 0.0) * lfilter([1], [1, -correlation], white, axis=1)
+        sensor = bench.sensors[name]
+        noisy = getattr(response, name) + draw_noise(Noise(sensor.noise or 0.0, correlation), (n, len(time)), random)
         rounded = np.round(noisy / sensor.resolution) * sensor.resolution if sensor.resolution else noisy
         signals.append(rounded[locked])
     times = response.shifting_time + random.normal(0, bench.sensors["shifting_time"].noise, n)
