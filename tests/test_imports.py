@@ -68,7 +68,8 @@ MAY_IMPORT = {
     "slipstick.blocks": "numpy scipy numba slipstick.errors slipstick.bench slipstick.clutch slipstick.engine.noise "
                         "slipstick.engine.whitening slipstick.recordings",
     "slipstick.calibration": "numpy scipy slipstick.errors slipstick.bench slipstick.blocks slipstick.clutch "
-                             "slipstick.plausibility.mismatch slipstick.recordings slipstick.time_budget",
+                             "slipstick.engine.linear_model slipstick.plausibility.mismatch slipstick.recordings "
+                             "slipstick.time_budget",
     # The uncertainty package knows a model as points in, shifting times out: no simulator, table or recordings.
     "slipstick.uncertainty": "",
     "slipstick.uncertainty.sampling": "numpy scipy slipstick.errors",

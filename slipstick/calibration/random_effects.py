@@ -12,6 +12,7 @@ import numpy as np
 import scipy
 
 from slipstick.calibration.identification import complete, find_undetermined, known_from, projector
+from slipstick.engine.linear_model import integrated
 
 _UNTOLD = 1e-9
 """Information on a variance, as a share of that of its range, below which the variance stays as it was."""
@@ -134,7 +135,7 @@ def estimate(engagements: Engagements, variance: np.ndarray) -> RandomEffects:
 
 def predicted(engagements: Engagements, variance: np.ndarray) -> RandomEffects:
     """The mean and the beta_i for given variances."""
-    marginal, pull, gain = marginals(engagements, variance)
+    marginal, pull, gain, _ = marginals(engagements, variance)
     information, _, mean = _mean(engagements, marginal, pull)
     covariance = np.linalg.inv(information)
     estimated = covariance - engagements.held @ engagements.held.T
@@ -147,14 +148,14 @@ def predicted(engagements: Engagements, variance: np.ndarray) -> RandomEffects:
     return RandomEffects(mean, covariance, variance, uncertainty, each, posterior, marginal, engagements.held)
 
 
-def marginals(engagements: Engagements, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """J' W^-1 J and J' W^-1 z, W = V + J diag(variance) J', and the covariance of beta_i - mean given data and mean."""
-    root, information = np.sqrt(variance), engagements.information
-    inner = np.eye(len(root)) + root[:, None] * information * root
-    gain = root[:, None] * np.linalg.inv(inner) * root
+def marginals(engagements: Engagements, variance: np.ndarray) -> tuple[np.ndarray, ...]:
+    """J' W^-1 J and J' W^-1 z, W = V + J diag(variance) J', the covariance of beta_i - mean given data and mean, and
+    the log-determinants (n,) of V^-1 W."""
+    information = engagements.information
+    gain, logdet = integrated(information, variance)
     through = information @ gain
     return (information - through @ information, engagements.pull - (through @ engagements.pull[..., None])[..., 0],
-            gain)
+            gain, logdet)
 
 
 def _mean(engagements: Engagements, marginal: np.ndarray,
@@ -171,19 +172,16 @@ def _mean(engagements: Engagements, marginal: np.ndarray,
 
 def _restricted_likelihood(engagements: Engagements, variance: np.ndarray) -> float:
     """Restricted log-likelihood, without what does not depend on the variances."""
-    root = np.sqrt(variance)
-    inner = np.eye(len(root)) + root[:, None] * engagements.information * root
-    marginal, pull, gain = marginals(engagements, variance)
+    marginal, pull, gain, logdet = marginals(engagements, variance)
     information, score, mean = _mean(engagements, marginal, pull)
     square = -np.einsum("np,npq,nq->", engagements.pull, gain, engagements.pull) - 2 * score @ mean
     square += mean @ information @ mean
-    logdet = np.linalg.slogdet(inner)[1].sum() + np.linalg.slogdet(information)[1]
-    return float(-0.5 * (square + logdet))
+    return float(-0.5 * (square + logdet.sum() + np.linalg.slogdet(information)[1]))
 
 
 def _slope(engagements: Engagements, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Slope (d,) and expected information (d, d) of the restricted log-likelihood in the variances."""
-    marginal, pull, _ = marginals(engagements, variance)
+    marginal, pull, *_ = marginals(engagements, variance)
     information, _, mean = _mean(engagements, marginal, pull)
     left = pull - marginal @ mean
     covariance = np.linalg.inv(information) - engagements.held @ engagements.held.T

@@ -104,7 +104,7 @@ class Fitted:
     def spread(self) -> np.ndarray:
         """Covariances (n, q, q) of the random effects given the data and the coefficients."""
         q = self.gram.random
-        return _integrated(self.gram.products[:, :q, :q], self.variance)[0]
+        return integrated(self.gram.products[:, :q, :q], self.variance)[0]
 
     @property
     def held(self) -> np.ndarray:
@@ -140,7 +140,7 @@ def marginalise(gram: Gram, variance: np.ndarray) -> tuple[np.ndarray, np.ndarra
     """
     q, products = gram.random, gram.products
     square = products[:, :q, :q]
-    spread, logdet = _integrated(square, variance)
+    spread, logdet = integrated(square, variance)
     own = np.linalg.solve(np.eye(q) + square * variance, products[:, :q])
     marginal = np.empty_like(products)
     marginal[:, :q], marginal[:, q:, :q] = own, own[:, :, q:].transpose(0, 2, 1)
@@ -148,7 +148,7 @@ def marginalise(gram: Gram, variance: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return marginal, logdet, spread
 
 
-def _integrated(square: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def integrated(square: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Covariances (n, q, q) of the b_i given the data, and log-determinants (n,) of the W_i, by the Woodbury identity.
 
     `square` (n, q, q) are the products of the random columns with each other.
@@ -269,7 +269,7 @@ def _restricted(gram: Gram, random: np.ndarray, total: np.ndarray, variance: np.
     """At `variance` (q,), with the rows `random` (n, q, c) of the products, and the sum `total` (c, c) of all."""
     n, q, c = random.shape
     square = random[:, :, :q]
-    spread, logdet = _integrated(square, variance)
+    spread, logdet = integrated(square, variance)
     through = spread @ random
     own = random - square @ through  # the random rows of the products under the inverse of W_i
     marginal = total - random.reshape(n * q, c).T @ through.reshape(n * q, c)

@@ -98,7 +98,7 @@ def test_a_direction_without_information_is_held_and_has_the_variance_of_the_bou
     assert (found.mean - blind.start) @ along == pytest.approx(0, abs=1e-9)  # all bounds are equal
     assert along @ found.covariance @ along == pytest.approx(1 / 12)
     basis = np.linalg.qr(np.column_stack([along, np.eye(3)[:, 1:]]))[0][:, 1:]
-    marginal, pull, _ = random_effects.marginals(blind, variance)
+    marginal, pull, *_ = random_effects.marginals(blind, variance)
     left = pull.sum(axis=0) - marginal.sum(axis=0) @ blind.start
     within = np.linalg.inv(basis.T @ marginal.sum(axis=0) @ basis)
     np.testing.assert_allclose(found.mean, blind.start + basis @ within @ basis.T @ left, rtol=1e-9)
