@@ -7,18 +7,18 @@ high levels. Each number of runs has a process of its own. The result is `growth
 """
 
 import argparse
-import csv
 import multiprocessing
 import resource
 import time
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, astuple, dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from evidence.kept import read_count
+from evidence.tables import write_table
 from slipstick.engine.measured_law import Law
 from slipstick.engine.simulation import simulate_runs
 from slipstick.engine.study import study
@@ -80,10 +80,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as process:
             rows.append(process.submit(measure_growth, count).result())
         print(rows[-1], flush=True)
-    with chosen.out.open("w", newline="") as file:
-        table = csv.DictWriter(file, asdict(rows[0]), lineterminator="\n")
-        table.writeheader()
-        table.writerows(map(asdict, rows))
+    write_table(chosen.out, [*asdict(rows[0])], map(astuple, rows))
 
 
 if __name__ == "__main__":
