@@ -4,11 +4,13 @@ import asyncio
 import threading
 from collections.abc import Callable, Coroutine
 from inspect import iscoroutinefunction
-from typing import Any
+from typing import Any, TypeVar
 
 import orjson
 from fastapi import Depends, Request, Response
+from fastapi.exceptions import RequestValidationError
 from fastapi.routing import APIRoute
+from pydantic import BaseModel, ValidationError
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from slipstick.errors import InvalidValue, SlipstickError
@@ -20,6 +22,7 @@ from .revalidation import headers_of
 from .settings import Settings
 
 Handler = Callable[[Request], Coroutine[Any, Any, Response]]
+_Body = TypeVar("_Body", bound=BaseModel)
 READING = "reading"
 _ONCE = ("Content-Type", "Idempotency-Key")
 """Headers that are not repeated: the limit would be that of one Content-Type, and the body read as another one."""
@@ -186,6 +189,23 @@ def require_media_type(request: Request, *accepted: str) -> str:
             "With curl, add --header 'Content-Type: ...'"
         raise problem_details.UnsupportedMedia(cause, f"Send {' or '.join(accepted)}. {hint}")
     return media_type
+
+
+def parse(content: bytes) -> object:
+    """Return the value of strict JSON; raises `MalformedBody`."""
+    try:
+        return orjson.loads(content)
+    except orjson.JSONDecodeError as error:
+        raise problem_details.MalformedBody.from_parser_message(error.msg) from error
+
+
+def validate(model: type[_Body], body: object, *place: str) -> _Body:
+    """Return a body that an endpoint has read itself; raises `RequestValidationError` for fields of this `place`."""
+    try:
+        return model.model_validate(body)
+    except ValidationError as error:
+        entries = error.errors(include_url=False, include_input=False)
+        raise RequestValidationError([{**entry, "loc": (*place, *entry["loc"])} for entry in entries]) from error
 
 
 def upload_of(media_type: str) -> Any:

@@ -1,12 +1,10 @@
 """Evaluation of a table: shifting times at given points."""
 
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 import numpy as np
-import orjson
 from fastapi import APIRouter, Query, Request, Response
-from fastapi.exceptions import RequestValidationError
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 from starlette.concurrency import run_in_threadpool
 
 from slipstick.errors import InvalidValue
@@ -18,10 +16,9 @@ from slipstick.table.points import count_outside
 from slipstick.table.subject import columns
 
 from .. import npy
-from ..bodies import Handler, JsonRoute, compute, require_media_type
+from ..bodies import Handler, JsonRoute, compute, parse, require_media_type, validate
 from ..csv_form import CSV, TableForm, csv_response, wants_csv
 from ..error_responses import error_responses
-from ..problem_details import MalformedBody
 from ..schemas import (
     AxisUnit,
     AxisUnits,
@@ -38,7 +35,6 @@ from ..schemas import (
 )
 from ..settings import Settings
 
-_Body = TypeVar("_Body", bound=BaseModel)
 _Points = np.ndarray | list[Any]
 _SHORT = 1000
 """Bytes of a body that may hold a single point only."""
@@ -216,28 +212,18 @@ def _csv(points: np.ndarray, times: np.ndarray, table: Table, conditions: list[i
 
 def _parse(content: bytes) -> tuple[EvaluateOptions, list[Any]]:
     """The options and the unchecked points of a JSON body."""
-    try:
-        body = orjson.loads(content)
-    except orjson.JSONDecodeError as error:
-        raise MalformedBody.from_parser_message(error.msg) from error
+    body = parse(content)
     if not isinstance(body, dict) or not isinstance(points := body.get("points"), list):
-        return _validate(EvaluateRequest, body), []
-    return _validate(EvaluateOptions, {name: value for name, value in body.items() if name != "points"}), points
+        return validate(EvaluateRequest, body, "body"), []
+    options = {name: value for name, value in body.items() if name != "points"}
+    return validate(EvaluateOptions, options, "body"), points
 
 
 def _check_points(points: list[Any]) -> np.ndarray:
-    checked = _validate(EvaluateRequest, {"points": points}).points
+    checked = validate(EvaluateRequest, {"points": points}, "body").points
     columns = len(checked[0])
     ragged = next((row for row, point in enumerate(checked) if len(point) != columns), None)
     if ragged is not None:
         raise InvalidValue(f"Point {ragged} has {len(checked[ragged])} entries, but point 0 has {columns}",
                            "Give each point one entry per axis of the table")
     return np.array(checked)
-
-
-def _validate(model: type[_Body], body: object) -> _Body:
-    try:
-        return model.model_validate(body)
-    except ValidationError as error:
-        entries = error.errors(include_url=False, include_input=False)
-        raise RequestValidationError([{**entry, "loc": ("body", *entry["loc"])} for entry in entries]) from error

@@ -7,7 +7,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal, Protocol, TypeVar
+from typing import Literal, TypeVar
 
 import numpy as np
 from pydantic import Field, ValidationError
@@ -48,27 +48,6 @@ class LikelihoodConfig(StrictModel):
         default="log10", description="Base of the logarithm of the likelihood; samplers usually take the natural one.")
 
 
-class BridgeModel(Protocol):
-    """A function of one input vector (k,) to one output vector (m,), with derivatives."""
-
-    @property
-    def inputs(self) -> int:
-        """Size k of the input."""
-
-    @property
-    def outputs(self) -> int:
-        """Size m of the output."""
-
-    def value(self, point: np.ndarray) -> np.ndarray:
-        """The output (m,)."""
-
-    def jacobian(self, point: np.ndarray) -> np.ndarray:
-        """Derivatives of the output (m, k)."""
-
-    def apply_hessian(self, point: np.ndarray, sens: np.ndarray, vec: np.ndarray) -> np.ndarray:
-        """The Hessian of `sens` (m,) times the output, times `vec` (k,): shape (k,)."""
-
-
 @dataclass(frozen=True, eq=False)
 class TableModel:
     """Multipliers (d,) -> values (n,) of the table in its unit."""
@@ -96,7 +75,7 @@ class TableModel:
         return self.table.derivatives(point, self.outside).jacobian
 
     def apply_hessian(self, point: np.ndarray, sens: np.ndarray, vec: np.ndarray) -> np.ndarray:
-        """Exact second derivatives of the interpolation, applied."""
+        """The exact Hessian of `sens` (n,) times the interpolation, times `vec` (d,): shape (d,)."""
         hessian = self.table.derivatives(point, self.outside).hessian
         return contracted(contracted(np.moveaxis(hessian, 0, -1), sens), vec)
 
@@ -136,6 +115,10 @@ class LikelihoodModel:
         self.require_work(2 * (1 + 2 * self.inputs))
         applied: np.ndarray = sens[0] * self.scale * self.likelihood.apply_hessian(point, vec)
         return applied
+
+
+BridgeModel = TableModel | LikelihoodModel
+"""A function of one input vector to one output vector, with derivatives."""
 
 
 def contracted(array: np.ndarray, weights: np.ndarray) -> np.ndarray:

@@ -3,17 +3,15 @@
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
-import orjson
 from fastapi import APIRouter, Depends, Request
-from fastapi.exceptions import RequestValidationError
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
 from slipstick.errors import InvalidValue
 from slipstick.storage.library import Library
 
-from ..bodies import JsonRoute
+from ..bodies import JsonRoute, parse, validate
 from ..computations import Client, ClientDependency, computes
-from ..problem_details import MalformedBody, TooLarge
+from ..problem_details import TooLarge
 from ..schemas import LibraryDependency, SettingsDependency
 from ..settings import Settings
 from ..umbridge.errors import PREFIX, error_responses, require_loopback
@@ -152,7 +150,7 @@ def bridge_info(library: LibraryDependency) -> Info:
 @router.post("/ModelInfo", summary="What a UM-Bridge model supports", openapi_extra=_body(Named, {"name": "nominal"}))
 def bridge_model_info(content: Content, library: LibraryDependency) -> ModelInfo:
     """Return the operations that a model supports: every model supports all of them."""
-    require_known(library, _validate(Named, _parse(content)).name)
+    require_known(library, validate(Named, parse(content)).name)
     return ModelInfo(support=Support())
 
 
@@ -225,26 +223,11 @@ def bridge_apply_hessian(content: Content, library: LibraryDependency, settings:
 def _open_request(content: bytes, kind: type[_Request], library: Library, settings: Settings,
                   client: Client | None = None) -> tuple[_Request, BridgeModel]:
     """The request and its model; an unknown model is reported before other mistakes."""
-    body = _parse(content)
-    named = _validate(Named, body)
-    require_known(library, named.name)
-    configured = _validate(Configured, body)
+    body = parse(content)
+    require_known(library, validate(Named, body).name)
+    configured = validate(Configured, body)
     model = open_model(library, settings, client, configured.name, configured.config)
-    return _validate(kind, body), model
-
-
-def _parse(content: bytes) -> object:
-    try:
-        return orjson.loads(content)
-    except orjson.JSONDecodeError as error:
-        raise MalformedBody.from_parser_message(error.msg) from error
-
-
-def _validate(kind: type[_Request], body: object) -> _Request:
-    try:
-        return kind.model_validate(body)
-    except ValidationError as error:
-        raise RequestValidationError(error.errors(include_url=False, include_input=False)) from error
+    return validate(kind, body), model
 
 
 def _point(body: EvaluateBody, model: BridgeModel, **indices: int) -> np.ndarray:
