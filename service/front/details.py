@@ -17,7 +17,7 @@ from slipstick.report.markup import coded, definitions, paragraph, section, tabl
 from slipstick.table.subject import Setting, columns
 
 from ..drawings import Drawings
-from ..front.elements import Link, fold
+from ..front.elements import Link, fold, link_line
 from ..front.panels import Panel, draw_panels
 
 _MOST = 1000
@@ -80,7 +80,7 @@ def _curves(bench: Bench) -> list[Panel]:
 def page(kind: str, name: str, about: str, address: str, sections: Iterable[str]) -> str:
     """Return the content of a page about what has a `kind` and a `name`, described at `address` for programs."""
     return "\n".join([paragraph(kind, "over"), f"<h1>{escape(name)}</h1>", paragraph(about, "lead"), *sections,
-                      f'<p class="links">{Link("Description as JSON", address).html()}</p>'])
+                      link_line([Link("Description as JSON", address)])])
 
 
 def conditions_table(conditions: Setting, more: Mapping[str, Sequence[float]] | None = None) -> str:

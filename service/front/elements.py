@@ -2,7 +2,7 @@
 
 import datetime
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 
@@ -41,10 +41,8 @@ class Entry:
     def html(self) -> str:
         """Return the entry as an item of a list."""
         mark = f' <span class="mark {escape(self.mark)}">{escape(self.mark)}</span>' if self.mark else ""
-        links = " · ".join(link.html() for link in self.links)
         return (f'<li class="entry"><h3>{Link(self.name, self.href).html()}{mark}</h3>\n<div>'
-                f"{paragraph(self.about)}{self.more}" + (f'<p class="links">{links}</p>' if links else "")
-                + "</div></li>")
+                f"{paragraph(self.about)}{self.more}{link_line(self.links) if self.links else ''}</div></li>")
 
 
 def group(title: str, entries: Sequence[Entry], empty: str, *links: Link, most: int | None = None) -> str:
@@ -59,9 +57,9 @@ def group(title: str, entries: Sequence[Entry], empty: str, *links: Link, most: 
     body = _list(shown) if entries else paragraph(empty, "note")
     if folded:
         body += f"\n<details><summary>{len(folded):,} more</summary>\n{_list(folded)}\n</details>"
-    below = " · ".join(link.html() for link in links) if entries else ""
+    below = f"{link_line(links)}\n" if entries and links else ""
     return (f'<section id="{anchor}" aria-labelledby="{anchor}-title"><h2 id="{anchor}-title">{escape(title)}</h2>\n'
-            f"{body}\n" + (f'<p class="links">{below}</p>\n' if below else "") + "</section>")
+            f"{body}\n{below}</section>")
 
 
 def _list(entries: Sequence[Entry]) -> str:
@@ -73,6 +71,17 @@ def fold(content: str, count: int, noun: str) -> str:
     if count <= UNFOLDED:
         return content
     return f"<details><summary>All {plural(count, escape(noun))} as a table</summary>\n{content}\n</details>"
+
+
+def options(choices: Iterable[tuple[str, str]], chosen: str | None = None) -> str:
+    """Return the options of a field by value and text, of which one may be `chosen`."""
+    return "".join(f'<option value="{escape(value)}"{" selected" * (value == chosen)}>{escape(text)}</option>'
+                   for value, text in choices)
+
+
+def link_line(links: Iterable[Link]) -> str:
+    """Return links beside each other."""
+    return f'<p class="links">{" · ".join(link.html() for link in links)}</p>'
 
 
 def listings(address: str) -> list[Link]:

@@ -6,7 +6,7 @@ from typing import Literal, get_args
 
 from slipstick.report.markup import paragraph, section
 
-from ..front.elements import Link, plural
+from ..front.elements import Link, link_line, plural
 from .forms import NAME_PATTERN, NAME_RULE, WITHOUT_SCRIPT, Field, Form, folded
 
 Folder = Literal["tables", "recordings", "benches"]
@@ -18,8 +18,8 @@ def file_actions(folder: Folder, name: str, jobs: Mapping[str, Form], results: i
     """Return the section of actions of a file, of which there are so many `results`, with further `links`."""
     address = f"/v1/{folder}/{name}"
     orders = [folded(title, form.html()) for title, form in jobs.items()]
-    downloads = '<p class="links">' + " · ".join(link.html() for link in (
-        Link("Download the file", f"{address}/file"), Link("Jobs with it", f"/find?text={name}"), *links)) + "</p>"
+    downloads = link_line([Link("Download the file", f"{address}/file"), Link("Jobs with it", f"/find?text={name}"),
+                           *links])
     return section("What to do", WITHOUT_SCRIPT, *orders, _rename(folder, name, address),
                    _delete(folder, name, address, results), downloads)
 

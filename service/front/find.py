@@ -8,7 +8,7 @@ from urllib.parse import urlencode
 
 from slipstick.report.markup import paragraph
 
-from ..front.elements import Entry, Link, group, plural
+from ..front.elements import Entry, Link, group, options, plural
 from ..job_filter import Status
 
 Wanted = Literal["all", "studies", "fits", "calibrations", "builds", "tables", "recordings", "benches",
@@ -65,7 +65,5 @@ def find_page(search: Search, jobs: Sequence[Entry], total: int, files: Sequence
 
 
 def _select(name: str, label: str, chosen: str, values: Sequence[str]) -> str:
-    options = "".join(f'<option value="{value}"{" selected" * (value == chosen)}>{value or "any"}</option>'
-                      for value in values)
     return (f'<div class="field"><label for="find-{name}">{label}</label><select id="find-{name}" name="{name}">'
-            f"{options}</select></div>")
+            f'{options(((value, value or "any") for value in values), chosen)}</select></div>')

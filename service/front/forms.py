@@ -13,13 +13,14 @@ from pydantic import TypeAdapter
 from slipstick.pictures.theme import in_words
 from slipstick.report.markup import coded, paragraph
 
+from ..front.elements import options
+
 Kind = Literal["text", "number", "integer", "numbers", "choice", "choices", "flag", "file", "hidden"]
 Place = Literal["body", "query", "header"]
 NAME_PATTERN = "[A-Za-z0-9][A-Za-z0-9_\\-]{0,63}"
 NAME_RULE = "Up to 64 letters, digits, - and _, starting with a letter or digit"
 KEY_PATTERN = "[A-Za-z0-9][A-Za-z0-9._\\-]{0,63}"
 """Names of files, and ids of jobs, in the syntax that browsers compile with the flag v."""
-SCRIPT = '<script src="/static/front/act.js" type="module"></script>'
 WITHOUT_SCRIPT = ('<noscript><p class="note">The buttons of this page need JavaScript. Without it, <a href="/docs">the '
                   "API page</a> lists the same operations for curl.</p></noscript>")
 
@@ -74,9 +75,8 @@ class Field:
                     f"</div>{about}{wrong}</fieldset>")
         needs = " required" if self.required else ""
         if self.kind == "choice":
-            options = "".join(f'<option value="{escape(value)}"{" selected" * (value == self.value)}>{escape(text)}'
-                              "</option>" for value, text in self.choices)
-            control = f'<select id="{id}" name="{name}" {data} {described}{needs}>{options}</select>'
+            control = (f'<select id="{id}" name="{name}" {data} {described}{needs}>'
+                       f"{options(self.choices, self.value)}</select>")
         elif self.kind == "file":
             control = (f'<input type="file" id="{id}" name="{name}" accept="{escape(self.accept)}" {data} {described}'
                        f"{needs}{' multiple' * self.several}>")

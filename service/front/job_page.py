@@ -9,7 +9,7 @@ from slipstick.report.words import duration
 from slipstick.storage.library import Library
 
 from ..build_schemas import Build
-from ..front.elements import Link, moment
+from ..front.elements import Link, link_line, moment, options
 from ..front.jobs import Active, Listed, answer_of, describe_progress, describe_subject, name_of, page_of
 from ..job_kind import JobKind
 from ..job_store import JobStore
@@ -30,8 +30,6 @@ _LOST_AS_A_RULE = "What it has computed is lost."
 _FORMATS = {"json": "JSON", "csv": "CSV", "mat": "MATLAB", "mo": "Modelica", "h": "C"}
 Compared = Literal["study", "fit", "calibration"]
 """The kinds of jobs that are compared."""
-SCRIPTS = ('<script src="/static/front/act.js" type="module"></script>'
-            '<script src="/static/front/live.js" type="module"></script>')
 
 
 def job_page(kind: JobKind[Listed, Active], store: JobStore, job: Active, library: Library, workers: int,
@@ -95,11 +93,8 @@ def _comparison(kind: JobKind[Listed, Active], job: Active, others: Sequence[Lis
 def comparison_form(kind: JobKind[Listed, Active], jobs: Sequence[Listed], first: str, second: str = "") -> str:
     """Return a form that chooses two jobs of a kind; it works without a script. A `first` one alone is not asked."""
     def choice(name: str, label: str, chosen: str) -> str:
-        options = "".join(
-            f'<option value="{escape(job.id)}"{" selected" * (job.id == chosen)}>{escape(_label(job))}</option>'
-            for job in jobs)
         return (f'<div class="field"><label for="compare-{name}">{label}</label><select id="compare-{name}" '
-                f'name="{name}">{options}</select></div>')
+                f'name="{name}">{options(((job.id, _label(job)) for job in jobs), chosen)}</select></div>')
 
     fixed = f'<input type="hidden" name="first" value="{escape(first)}">' if first and not second else \
         choice("first", "First", first)
@@ -121,8 +116,7 @@ def _origin(job: Active, library: Library, further: Sequence[Link]) -> str:
     budget = "none" if job.time_budget is None else duration(job.time_budget)
     return files + definitions([("id", job.id), *((name, time) for name, time in times if time),
                                 ("time limit", budget)]) + \
-        f'<p class="links">{Link("Everything as JSON", job.links["self"]).html()}</p>'
-
+        link_line([Link("Everything as JSON", job.links["self"])])
 
 
 def pictures_page(kind: JobKind[Listed, Active], job: Listed, figures: Mapping[str, tuple[str, str, str]]) -> str:
@@ -130,9 +124,9 @@ def pictures_page(kind: JobKind[Listed, Active], job: Listed, figures: Mapping[s
     drawn = []
     for name, (title, caption, element) in figures.items():
         address = f"{job.links['pictures']}/{name}?format="
-        links = " · ".join(Link(text, address + form).html() for text, form in (
+        links = link_line(Link(text, address + form) for text, form in (
             ("PNG", "png"), ("SVG", "svg"), ("Vega-Lite with its data", "json")))
         drawn.append(f'<figure id="{name}"><h3>{escape(title)}</h3><div class="picture" tabindex="0">{element}</div>'
-                     f'<figcaption>{escape(caption)}</figcaption><p class="links">{links}</p></figure>')
+                     f"<figcaption>{escape(caption)}</figcaption>{links}</figure>")
     return "\n".join([paragraph(kind.name.capitalize(), "over"), f"<h1>Pictures: {escape(describe_subject(job))}</h1>",
-                      f'<p class="links">{Link(name_of(job), page_of(job)).html()}</p>', *drawn])
+                      link_line([Link(name_of(job), page_of(job))]), *drawn])

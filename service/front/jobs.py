@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from html import escape
 
@@ -19,7 +19,6 @@ from ..calibration_schemas import Calibration, CalibrationWithProgress
 from ..fit_schemas import Fit, FitProgress, FitWithProgress
 from ..front.elements import Entry, Link, group, job_name, listings, moment, plural
 from ..front.laws import drawable_law
-from ..heartbeats import Heartbeats
 from ..job_filter import ENDED, JobFilter
 from ..job_kind import JobKind
 from ..job_store import JobStore
@@ -42,35 +41,25 @@ _ALWAYS_LISTED = STUDIES, FITS
 """The kinds to which each page links."""
 
 
-@dataclass(frozen=True)
-class Jobs:
-    """The jobs of each kind, the workers that run them, and the files."""
+def job_sections(stores: Mapping[str, JobStore], alive: int, library: Library, count: int, steps: str) -> str:
+    """Return the sections of the jobs, `count` of each kind: the first that run and wait, the newest that ended.
 
-    stores: Mapping[str, JobStore]
-    heartbeats: Heartbeats
-    library: Library
-
-    def html(self, count: int, steps: str) -> str:
-        """Return the sections of the jobs, `count` of each kind: the first that run and wait, the newest that ended.
-
-        `steps` is HTML that comes before the jobs.
-        """
-        active = [kind.with_progress(store, job) for kind, store in self._kinds() for job in store.active(count)]
-        active.sort(key=lambda job: (job.status != "running", job.ahead or 0))
-        counts: Counter[str] = Counter()
-        for _, state, _, number in self.stores["fit"].table.states("PENDING", "ENQUEUED"):
-            counts[state] += number
-        alive, running, waiting = self.heartbeats.alive(), counts["PENDING"], counts["ENQUEUED"]
-        return "\n".join([
-            f'<p class="counts"><span class="dot {"on" if alive else "off"}"></span>{plural(alive, "worker")} alive · '
-            f"{running} running · {waiting} waiting</p>",
-            _NO_WORKER if active and not alive else "", steps,
-            group("Jobs", [active_entry(job) for job in active], "No job is running or waiting.",
-                  *_links_to_hidden(running + waiting - len(active))),
-            *(_list_ended(kind, store, self.library, count) for kind, store in self._kinds())])
-
-    def _kinds(self) -> list[tuple[JobKind[Listed, Active], JobStore]]:
-        return [(kind, self.stores[kind.name]) for kind in JOB_KINDS]
+    So many workers are `alive`. `steps` is HTML that comes before the jobs.
+    """
+    kinds = [(kind, stores[kind.name]) for kind in JOB_KINDS]
+    active = [kind.with_progress(store, job) for kind, store in kinds for job in store.active(count)]
+    active.sort(key=lambda job: (job.status != "running", job.ahead or 0))
+    counts: Counter[str] = Counter()
+    for _, state, _, number in stores["fit"].table.states("PENDING", "ENQUEUED"):
+        counts[state] += number
+    running, waiting = counts["PENDING"], counts["ENQUEUED"]
+    return "\n".join([
+        f'<p class="counts"><span class="dot {"on" if alive else "off"}"></span>{plural(alive, "worker")} alive · '
+        f"{running} running · {waiting} waiting</p>",
+        _NO_WORKER if active and not alive else "", steps,
+        group("Jobs", [active_entry(job) for job in active], "No job is running or waiting.",
+              *_links_to_hidden(running + waiting - len(active))),
+        *(_list_ended(kind, store, library, count) for kind, store in kinds)])
 
 
 def _list_ended(kind: JobKind[Listed, Active], store: JobStore, library: Library, count: int) -> str:
@@ -186,7 +175,7 @@ def _thumbnail(store: JobStore, job: Listed) -> str:
 @lru_cache(maxsize=1000)
 def _title_of_law(store: JobStore, id: str, ended: str) -> str:
     drawable = drawable_law(output_of(finished_job(store, id)))
-    return "" if drawable is None else drawable.title
+    return "" if drawable is None else drawable[0]
 
 
 @lru_cache(maxsize=1000)

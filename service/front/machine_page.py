@@ -25,7 +25,7 @@ from slipstick.storage.library import Library
 
 from ..drawings import Drawings
 from ..front.details import page
-from ..front.elements import UNFOLDED, Entry, Link, fold, group, plural
+from ..front.elements import UNFOLDED, Entry, Link, fold, group, link_line, plural
 from ..front.panels import Panel, draw_panels
 from ..machines import Machines, StoredMachine
 from .forms import WITHOUT_SCRIPT, Form, folded
@@ -81,8 +81,7 @@ def machine_page(stored: StoredMachine, orders: Mapping[str, Form], library: Lib
         "one told. Jobs of this machine need a worker: <code>slipstick work --machine FILE</code></p></aside>")
     added = [] if known.declared is None else [
         Link("Add recordings of it", f"/upload?{urlencode({'machine': stored.name})}#read-files")]
-    links = '<p class="links">' + " · ".join(link.html() for link in (
-        *added, Link("Jobs with it", f"/find?{urlencode({'text': stored.name})}"))) + "</p>"
+    links = link_line([*added, Link("Jobs with it", f"/find?{urlencode({'text': stored.name})}")])
     actions = section("What to do", running, *(
         [WITHOUT_SCRIPT, *(folded(title, form.html()) for title, form in orders.items())] if orders else []), links)
     declared = known.declared

@@ -17,6 +17,7 @@ from slipstick.table.subject import columns
 
 from ..drawings import Drawings
 from ..front.details import conditions_table, page
+from ..front.elements import options
 from ..front.panels import Panel, draw_panels
 
 _PLACES, _POINTS = 25, 101
@@ -77,9 +78,8 @@ def _form(shown_table: Table, condition: int, names: Sequence[str]) -> str:
               f'value="{condition}" required></label>']
     choices = (("Across", "x"), ("Up", "y"))[:len(shown_table.axes) - 1]  # of two axes, one follows from the other
     for (label, field), chosen in zip(choices, names, strict=False):
-        options = "".join(f'<option value="{escape(axis.name)}"{" selected" * (axis.name == chosen)}>'
-                          f"{escape(in_words(axis.name))}</option>" for axis in shown_table.axes)
-        fields.append(f'<label>{label} <select name="{field}">{options}</select></label>')
+        axes = options(((axis.name, in_words(axis.name)) for axis in shown_table.axes), chosen)
+        fields.append(f'<label>{label} <select name="{field}">{axes}</select></label>')
     return f'<form class="flip" action="#map" method="get">{" ".join(fields)}\n<button>Show</button></form>'
 
 

@@ -16,6 +16,8 @@ from slipstick.pictures.theme import in_words
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.report.markup import paragraph
 
+from ..front.elements import options
+
 _LEVELS = (("above", "rises above"), ("below", "falls below"), ("changes", "changes"))
 _OF_CHANNEL = "in the unit of the file"
 _TIME = "a number with its unit, such as 1 ms"
@@ -172,11 +174,10 @@ def _instant(keys: tuple[str, ...], label: str, time: str, about: str, levels: S
              shown_for: str = "") -> str:
     """A row that chooses a channel, and the level that marks an instant in it, or a `time` instead of both."""
     id, name = _id(*keys, *((shown_for,) if shown_for else ())), escape(label)
-    options = "".join(f'<option value="{value}">{text}</option>' for value, text in levels)
     alone = ' data-alone=""' if time else ""
     controls = (f'<select id="{id}" class="channels needed" {_path(*keys, "channel")} aria-describedby="{id}-why">'
                 f'<option value="">{time or "choose a channel"}</option></select>'
-                f'<select class="how" aria-label="how the channel marks it: {name}">{options}</select>'
+                f'<select class="how" aria-label="how the channel marks it: {name}">{options(levels)}</select>'
                 f'<input type="text" class="level" {_path(*keys, None, kind="number")}{alone} autocomplete="off" '
                 f'spellcheck="false" aria-label="{"level or time" if time else "level"} of {name}">')
     return _row(keys, id, label, controls, about, "instant", _shown_for(shown_for) +
@@ -194,8 +195,7 @@ def _entry(keys: tuple[str, ...], label: str, about: str, shown_for: str = "") -
 def _choice(keys: tuple[str, ...], label: str, choices: Sequence[tuple[str, str]], about: str, shown_for: str = "",
             kind: str = "text") -> str:
     id = _id(*keys)
-    options = "".join(f'<option value="{value}">{text}</option>' for value, text in choices)
-    control = f'<select id="{id}" {_path(*keys, kind=kind)} aria-describedby="{id}-why">{options}</select>'
+    control = f'<select id="{id}" {_path(*keys, kind=kind)} aria-describedby="{id}-why">{options(choices)}</select>'
     return _row(keys, id, label, control, about, attributes=_shown_for(shown_for))
 
 

@@ -8,7 +8,7 @@ from slipstick import __version__
 from slipstick.report import shell
 from slipstick.report.markup import paragraph
 
-from ..front.elements import Link
+from ..front.elements import Link, link_line
 
 _STYLE = Path(__file__).with_name("front.css")
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'self'; connect-src 'self'; img-src 'self' data:"
@@ -17,6 +17,10 @@ _ICON = ("data:image/svg+xml,%3Csvg xmlns='http://www.w3.org/2000/svg' viewBox='
 _SECTIONS = {"Jobs": True, "Studies": True, "Fits": True, "Calibrations": False, "Builds": False, "Tables": True,
              "Recordings": True, "Benches": True, "Machines": False}
 """The sections of the front page, and whether it always has them."""
+FRESH = {"Cache-Control": "no-store"}
+"""Headers of a page that changes with every job."""
+RELOAD = '<noscript><meta http-equiv="refresh" content="10"></noscript>'
+"""What keeps a page up to date without its script."""
 
 
 def document(title: str, body: str, head: str = "", part_of: str = "") -> str:
@@ -41,13 +45,17 @@ def document(title: str, body: str, head: str = "", part_of: str = "") -> str:
         f"<footer><div>Slipstick {__version__}</div></footer>", "</body>", "</html>", ""])
 
 
+def scripts(*names: str) -> str:
+    """Return the elements of the head that load scripts of these names."""
+    return "".join(f'<script src="/static/front/{name}.js" type="module"></script>' for name in names)
+
+
 def error_page(title: str, cause: str, remedy: str, request_id: str | None) -> str:
     """Return the HTML document about a request that failed, with links to go on; the arguments are text."""
-    links = " · ".join(link.html() for link in (Link("Front page", "/"), Link("API documentation", "/docs"),
-                                                Link("Resources", "/v1")))
+    links = link_line([Link("Front page", "/"), Link("API documentation", "/docs"), Link("Resources", "/v1")])
     note = paragraph(f"Id of the request in the log: {request_id}", "note") if request_id else ""
     return document(title, f'<h1>{escape(title)}</h1>\n{paragraph(f"{cause}.")}{paragraph(f"{remedy}.")}\n'
-                           f'<p class="links">{links}</p>\n{note}')
+                           f"{links}\n{note}")
 
 
 @cache

@@ -7,9 +7,6 @@ from slipstick.report.markup import paragraph, section
 
 from .forms import NAME_PATTERN, NAME_RULE, WITHOUT_SCRIPT, Field, Form
 
-SCRIPTS = ('<script src="/static/front/act.js" type="module"></script>'
-           '<script src="/static/front/mapping.js" type="module"></script>'
-           '<script src="/static/front/flip.js" type="module"></script>')
 _NAME = Field("name", "Name", "under which pages and programs find it", place="query", required=True,
               pattern=NAME_PATTERN, rule=NAME_RULE)
 

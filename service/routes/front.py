@@ -23,19 +23,17 @@ from ..front.elements import Link
 from ..front.file_actions import Folder, file_actions, invalid_page
 from ..front.find import quick_form
 from ..front.first_steps import first_steps
-from ..front.forms import SCRIPT, Form
+from ..front.forms import Form
 from ..front.holdings import about, holdings
-from ..front.jobs import Jobs
+from ..front.jobs import job_sections
 from ..front.laws import thumbnail
 from ..front.machine_page import machine_entry, machine_links, machine_page
 from ..front.mapped import table_page
 from ..front.mapping import bench_rows, machine_rows
 from ..front.orders import bench_orders, machine_orders, machine_tables, recordings_orders, table_orders
-from ..front.page import document
+from ..front.page import FRESH, RELOAD, document, scripts
 from ..front.recorded import recordings_page
-from ..front.upload import SCRIPTS as UPLOAD_SCRIPTS
 from ..front.upload import upload_page
-from ..heartbeats import Heartbeats
 from ..job_filter import JobFilter
 from ..job_store import JobStore
 from ..jobs import JobStores, finished_job, output_of, version_of
@@ -55,11 +53,8 @@ router = APIRouter(route_class=JsonRoute, include_in_schema=False)
 Count = Annotated[int, Query(ge=1, le=1000, description="Maximum number of ended jobs of each kind.")]
 _ABOUT = ("Slipstick finds where a simulation and recordings of its test bench disagree, names the physical effect "
           "that the model lacks, and measures how much of the gap it closes.")
-_FLIP = '<script src="/static/front/flip.js" type="module"></script>'
 Number = Annotated[int, Query(ge=0, description="Number of a run or a condition, from 0.")]
 AxisName = Annotated[str | None, Query(description="Name of an axis of the map.")]
-_NO_SCRIPT = '<noscript><meta http-equiv="refresh" content="10"></noscript>'
-_SCRIPT = '<script src="/static/front/live.js" type="module"></script>'
 
 
 @router.get("/", response_class=HTMLResponse)
@@ -71,7 +66,7 @@ def front_page(request: Request, library: LibraryDependency, stores: JobStores, 
                       f'<div class="start"><a class="button" href="/upload">Add files</a>{quick_form()}</div>',
                       f'<div id="live" data-events="/events?count={count}">', jobs, "</div>",
                       holdings(library, [machine_entry(each) for each in machines.read_all()])])
-    return HTMLResponse(document("Slipstick", body, f"{_NO_SCRIPT}\n{_SCRIPT}"), headers={"Cache-Control": "no-store"})
+    return HTMLResponse(document("Slipstick", body, f"{RELOAD}\n{scripts('live')}"), headers=FRESH)
 
 
 @router.get("/events")
@@ -88,7 +83,7 @@ async def front_events(request: Request, library: LibraryDependency, stores: Job
 def add_files(library: LibraryDependency, machines: MachinesDependency, machine: ImportMachine = None) -> HTMLResponse:
     """The page on which files are added, those of a logger by default for this `machine`."""
     body = upload_page(library.benches(), list_declared(machines), machine_tables(library), machine)
-    return HTMLResponse(document("Add files", body, UPLOAD_SCRIPTS), headers={"Cache-Control": "no-store"})
+    return HTMLResponse(document("Add files", body, scripts("act", "mapping", "flip")), headers=FRESH)
 
 
 @router.get("/upload/mapping", response_class=HTMLResponse)
@@ -97,7 +92,7 @@ def mapping_rows(library: LibraryDependency, machines: MachinesDependency, bench
     """The fields of the mapping of a bench or machine, which the page of added files shows."""
     subject = find_subject(library, machines, bench, machine)
     rows = machine_rows(subject) if isinstance(subject, MachineDescription) else bench_rows(library.bench(subject.stem))
-    return HTMLResponse(rows, headers={"Cache-Control": "no-store"})
+    return HTMLResponse(rows, headers=FRESH)
 
 
 @router.get("/tables/{name}", response_class=HTMLResponse)
@@ -154,7 +149,7 @@ def machine_details(name: MachineNamePath, library: LibraryDependency, machines:
     stored = machines.find(name)
     body = machine_page(stored, machine_orders(name, stored), library, drawings)
     client.require_change(body)
-    return HTMLResponse(document(name, body, SCRIPT, part_of="Machines"))
+    return HTMLResponse(document(name, body, scripts("act"), part_of="Machines"))
 
 
 @router.get("/studies/{id}/law.svg", response_class=Response, responses=PICTURE_RESPONSE)
@@ -186,16 +181,15 @@ def _file_page(folder: Folder, name: str, content: Callable[[], _Content], store
     except UnknownName:
         raise
     except SlipstickError as error:
-        return HTMLResponse(document(name, invalid_page(folder, name, str(error), results), SCRIPT))
+        return HTMLResponse(document(name, invalid_page(folder, name, str(error), results), scripts("act")))
     actions = file_actions(folder, name, shown.orders, results, shown.links)
     client.require_change(*shown.version, actions)
     head, first, details = shown.draw().partition("<section")  # what can be done stands before long tables
-    return HTMLResponse(document(name, f"{head}{actions}\n{first}{details}", f"{SCRIPT}{_FLIP}"))
+    return HTMLResponse(document(name, f"{head}{actions}\n{first}{details}", scripts("act", "flip")))
 
 
 def _jobs(request: Request, library: Library, stores: Mapping[str, JobStore], count: int) -> str:
-    heartbeats: Heartbeats = request.app.state.heartbeats
+    alive: int = request.app.state.heartbeats.alive()
     total = sum(store.total() for store in stores.values())
     machines = [] if total else list_declared(request.app.state.machines)  # a first job is the end of their step
-    steps = first_steps(library, machines, heartbeats.alive(), total)
-    return Jobs(stores, heartbeats, library).html(count, steps)
+    return job_sections(stores, alive, library, count, first_steps(library, machines, alive, total))

@@ -23,11 +23,11 @@ from ..front.file_actions import FOLDERS
 from ..front.find import PER_PAGE, Search, Wanted, find_page
 from ..front.forms import Form
 from ..front.holdings import file_entry
-from ..front.job_page import SCRIPTS, Compared, job_page, job_state, pictures_page
+from ..front.job_page import Compared, job_page, job_state, pictures_page
 from ..front.jobs import JOB_KINDS, Active, Listed, active_entry, answer_of, ended_entry, name_of
 from ..front.machine_page import machine_entry, machine_links
 from ..front.orders import build_form
-from ..front.page import document
+from ..front.page import FRESH, RELOAD, document, scripts
 from ..job_filter import ACTIVE, ENDED, JobFilter, Status
 from ..job_kind import JobKind
 from ..job_store import JobStore
@@ -47,7 +47,6 @@ _MOST_CHOICES = 100
 """Number of jobs, the newest, to choose from for a comparison."""
 _DRAWN: Mapping[str, Callable[[str, JobStore], Drawn]] = {
     "fit": drawn_fit, "study": lambda id, store: drawn_study(id, store, None), "calibration": drawn_calibration}
-_FRESH = {"Cache-Control": "no-store"}
 
 
 def _add_pages(kind: JobKind[Listed, Active]) -> None:
@@ -64,9 +63,9 @@ def _add_pages(kind: JobKind[Listed, Active]) -> None:
         body = job_page(kind, store, job, library, request.app.state.heartbeats.alive(), others, laws,
                         _orders(kind, id, store) if job.status == "done" else {},
                         machine_links(request.app.state.machines, getattr(job, "machine", None)))
-        refresh = '<noscript><meta http-equiv="refresh" content="10"></noscript>' if job.status in ACTIVE else ""
-        return HTMLResponse(document(name_of(job), body, f"{SCRIPTS}{refresh}",
-                                     kind.plural.capitalize() if job.status in ENDED else ""), headers=_FRESH)
+        head = scripts("act", "live") + RELOAD * (job.status in ACTIVE)
+        part_of = kind.plural.capitalize() if job.status in ENDED else ""
+        return HTMLResponse(document(name_of(job), body, head, part_of), headers=FRESH)
 
     @router.get(f"/{kind.plural}/{{id}}/live", name=f"{kind.name}_live")
     async def follow_page(id: job_id, stores: JobStores, request: Request,
@@ -102,12 +101,12 @@ def compare_page(stores: JobStores, drawings: DrawingsDependency, kind: Compared
     jobs_kind, store = next(each for each in JOB_KINDS if each.name == kind), stores[kind]
     jobs = _finished(jobs_kind, store)
     if not (first and second):
-        return HTMLResponse(document("Comparison", choice_page(jobs_kind, jobs)), headers=_FRESH)
+        return HTMLResponse(document("Comparison", choice_page(jobs_kind, jobs)), headers=FRESH)
     sides = (_side(jobs_kind, store, first), _side(jobs_kind, store, second))
     known = {job.id for job in jobs}
     jobs += [side.job for side in sides if side.job.id not in known]
     body = comparison_page(jobs_kind, jobs, sides, _pairs(drawings, jobs_kind, store, (first, second)))
-    return HTMLResponse(document("Comparison", body), headers=_FRESH)
+    return HTMLResponse(document("Comparison", body), headers=FRESH)
 
 
 @router.get("/find", response_class=HTMLResponse)
@@ -119,7 +118,7 @@ def find(stores: JobStores, library: LibraryDependency, machines: MachinesDepend
     jobs, total = _found_jobs(search, stores, library)
     return HTMLResponse(document("Search", find_page(search, jobs, total, [
         *_found_files(search, library), *_found_machines(search, machines)])),
-                        headers=_FRESH)
+                        headers=FRESH)
 
 
 def _finished(kind: JobKind[Listed, Active], store: JobStore) -> list[Listed]:
