@@ -100,9 +100,7 @@ def _histogram(values: np.ndarray, shown: Output) -> Spec:
     return {"width": _HALF, "height": _HEIGHT, "layer": [
         {"data": {"values": bars}, "mark": {"type": "rect", "color": theme.AFTER, "opacity": 0.75, "stroke": "white"},
          "encoding": {"x": x, "x2": {"field": "to"}, "y": y, "y2": {"datum": 0}}},
-        {"data": {"values": [{"low": low, "high": high}]}, "mark": {"type": "rect", "color": theme.MEASURED,
-                                                                    "opacity": 0.2},
-         "encoding": {"y": {**y, "field": "low"}, "y2": {"field": "high"}}},
+        theme.band(low, high, y, 0.2),
         {"data": {"values": [{}]}, "mark": {"type": "rule", "color": theme.MEASURED, "strokeDash": [4, 3]},
          "encoding": {"y": {"datum": n / _BINS}}}]}
 
@@ -118,9 +116,7 @@ def _difference(values: np.ndarray, band: float) -> Spec:
     x: Spec = {"field": "p", "type": "quantitative", "title": "predicted probability below what was measured",
                "scale": {"domain": [0, 1]}, "axis": {"grid": False, "tickCount": 5}}
     return {"width": _HALF, "height": _HEIGHT, "layer": [
-        {"data": {"values": [{"low": -band, "high": band}]}, "mark": {"type": "rect", "color": theme.MEASURED,
-                                                                      "opacity": 0.2},
-         "encoding": {"y": {**y, "field": "low"}, "y2": {"field": "high"}}},
+        theme.band(-band, band, y, 0.2),
         {"data": {"values": [{}]}, "mark": {"type": "rule", "color": theme.FAINT}, "encoding": {"y": {"datum": 0}}},
         {"data": {"values": steps}, "mark": {"type": "line", "color": theme.AFTER, "strokeWidth": 1.8},
          "encoding": {"x": x, "y": y, "order": {"field": "p", "type": "quantitative"}}}]}

@@ -109,9 +109,7 @@ def _draw_panel(result: MachineStudyResult, shown: ShownRun, signal: str, differ
                            "encoding": {"x": x, "y": y, "color": colour}}]
     if difference:
         half = 2 * result.noise.get(signal, 0.0)
-        layers.insert(0, {"data": {"values": [{"low": -half, "high": half}]},
-                          "mark": {"type": "rect", "color": theme.MEASURED, "opacity": 0.13},
-                          "encoding": {"y": {**y, "field": "low"}, "y2": {"field": "high"}}})
+        layers.insert(0, theme.band(-half, half, y))
     return {"width": width, "height": _DIFFERENCE if difference else _SIGNAL, "data": {"values": rows}, "layer": layers,
             **({"title": {"text": f"run {shown.run}", "fontSize": 12, "offset": 4}}
                if not difference and signal == next(iter(shown.measured)) else {})}

@@ -48,9 +48,7 @@ def draw_overlay(title: str, subtitle: str, shown: Overlay) -> Spec:
     rest = [_line(shown.time, [here - there for here, there in zip(shown.measured, values, strict=True)], marks[label],
                   {"x": below, "y": left, "color": {**colour, "datum": label}})
             for label, values in curves.items() if label != _MEASURED]
-    shade: Spec = {"data": {"values": [{"low": -2 * shown.noise, "high": 2 * shown.noise}]},
-                   "mark": {"type": "rect", "color": theme.MEASURED, "opacity": 0.13},
-                   "encoding": {"y": {**left, "field": "low"}, "y2": {"field": "high"}}}
+    shade = theme.band(-2 * shown.noise, 2 * shown.noise, left)
 
     def mark_lock(axis: Spec) -> list[Spec]:
         return [] if shown.lock is None else [

@@ -65,6 +65,13 @@ def series_colour(colours: dict[str, str]) -> Spec:
     return {"type": "nominal", "title": None, "scale": {"domain": list(colours), "range": list(colours.values())}}
 
 
+def band(low: float, high: float, y: Spec, opacity: float = 0.13) -> Spec:
+    """Return a shade between two values in the encoding `y`."""
+    return {"data": {"values": [{"low": low, "high": high}]},
+            "mark": {"type": "rect", "color": MEASURED, "opacity": opacity},
+            "encoding": {"y": {**y, "field": "low"}, "y2": {"field": "high"}}}
+
+
 def rounded(value: float | None, digits: int = 5) -> float | None:
     """Round to significant digits to limit the size of a picture; None if the value is None or not finite."""
     return None if value is None or not math.isfinite(value) else float(f"{value:.{digits}g}")

@@ -130,10 +130,7 @@ def calibration_page(job: Mapping[str, Any], output: Mapping[str, Any]) -> str:
         return _machine_page(job, output)
     calibration = Calibration.from_spec(result)
     lead, *limits = calibration_summary(calibration)
-    warnings = [] if calibration.partial is None else [calibration.partial.warning]
-    warnings += [(f"{words.partition(':')[0]}:", words.partition(": ")[2]) for words in limits]
-    if _leaves_much(calibration.chi_square):
-        warnings.append(("An effect is missing:", " ".join(_MISSING)))
+    partial = [] if calibration.partial is None else [calibration.partial.warning]
     head = ("parameter", "value", f"{100 * calibration.level:.0f} % interval", "× nominal", "scatter", "remark")
     rows = [(row.name, with_unit(row.value, row.unit), with_unit(f"{row.lower} to {row.upper}", row.unit),
              row.multiple, row.scatter, row.note) for row in _rows(calibration)]
@@ -144,7 +141,7 @@ def calibration_page(job: Mapping[str, Any], output: Mapping[str, Any]) -> str:
     correlation = [(name, *map(signed, row))
                    for name, row in zip(names, calibration.correlation, strict=True)]
     title = f"Parameters of the bench {calibration.bench} from “{job['recordings']}”"
-    return document("calibration to", job["recordings"], title, warnings, [
+    return document("calibration to", job["recordings"], title, [*partial, *_warn(limits, calibration.chi_square)], [
         markup.section("Parameters", markup.table(head, rows, words=(5,)), markup.paragraph(f"{_SCATTER}.", "note"),
                        *(markup.paragraph(line, "note") for line in _list_undetermined(calibration))),
         markup.section("Pictures", *figures(calibration_specs(calibration), CAPTIONS).values()),
@@ -166,10 +163,7 @@ def _machine_page(job: Mapping[str, Any], output: Mapping[str, Any]) -> str:
     chi_square = [(name, f"{value:.2f}") for name, value in result["chi_square"].items()]
     table = tabulate_parameters(fitted)
     title = f"Parameters of the machine {result['machine']} from “{job['recordings']}”"
-    warnings = [(f"{words.partition(':')[0]}:", words.partition(": ")[2]) for words in limits]
-    if _leaves_much(result["chi_square"]):
-        warnings.append(("An effect is missing:", " ".join(_MISSING)))
-    return document("calibration to", job["recordings"], title, warnings, [
+    return document("calibration to", job["recordings"], title, _warn(limits, result["chi_square"]), [
         markup.section("Parameters", markup.table(table.head, table.rows, table.words)),
         markup.section("Blocks", markup.table(("block", "reduced chi-square"), chi_square)),
         provenance(job, output, [*_sources(job), ("machine", result["machine"])])],
@@ -185,6 +179,11 @@ def _state_noise(value: float, unit: str) -> str:
 def _sources(job: Mapping[str, Any]) -> list[tuple[str, str | None]]:
     start = f"model with the SHA-256 {job['model_digest']}" if job["model_digest"] else "nominal parameters"
     return [("recordings", f"{job['recordings']}, SHA-256 {job['recordings_digest']}"), ("start", start)]
+
+
+def _warn(limits: list[str], chi_square: Mapping[str, float]) -> list[tuple[str, str]]:
+    missing = [("An effect is missing:", " ".join(_MISSING))] if _leaves_much(chi_square) else []
+    return [*((f"{words.partition(':')[0]}:", words.partition(": ")[2]) for words in limits), *missing]
 
 
 def _leaves_much(chi_square: Mapping[str, float]) -> bool:

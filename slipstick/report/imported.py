@@ -26,19 +26,15 @@ def imported_runs_page(name: str, imported: ImportedRuns) -> str:
     """The HTML page of an import of the runs of a machine, called `name`."""
     runs = imported.runs
     drawn = {**runs.signals, **{each: profile.at(runs.time) for each, profile in runs.commands.items()}}
-    picture = overlay(runs.time, drawn, {each: f"{each} [{_unit(runs.units[each])}]" for each in drawn}, "run",
+    picture = overlay(runs.time, drawn, {each: f"{each} [{runs.units[each] or '1'}]" for each in drawn}, "run",
                       "begin of the run")
     constants = {**runs.conditions, **{each: values for each, values in runs.channels.items() if values.ndim == 1}}
-    head = ("run", "begin in its file [s]", *(f"{each} [{_unit(runs.units[each])}]" for each in constants))
+    head = ("run", "begin in its file [s]", *(f"{each} [{runs.units[each] or '1'}]" for each in constants))
     rows = [(label, f"{imported.begins[row]:.6g}", *(_signed(float(values[row]), ".5g")
                                                     for values in constants.values()))
             for row, label in enumerate(imported.labels)]
     return _page(name, imported, {"runs": picture}, table(head, rows), [
         ("machine", runs.machine), ("runs", f"SHA-256 {runs.digest}"), ("description", runs.description)])
-
-
-def _unit(unit: str) -> str:
-    return unit or "1"
 
 
 def _page(name: str, imported: ImportedFiles, pictures: dict[str, Spec], rows: str,

@@ -21,7 +21,7 @@ from slipstick.report.shell import document, figures, home_of, provenance, tell_
 from slipstick.report.study.findings import tell_distance
 from slipstick.report.study.glossary import explain
 from slipstick.report.study.page import render_box, render_section
-from slipstick.report.study.parts import Entries, Items, Note, Part, Picture, Section, Table
+from slipstick.report.study.parts import Entries, Items, Note, Part, Section, Table, show
 from slipstick.report.study.simulation import NOT_DETERMINED
 from slipstick.report.study.todo import (
     TITLE,
@@ -333,17 +333,15 @@ def warnings(result: MachineStudyResult) -> Entries:
 def sections(result: MachineStudyResult, pictures: Collection[str]) -> list[Section]:
     """Return the sections of the report. `pictures` are those for which there are data."""
     several = len(result.findings) > 1
-    return [Section("Measured and simulated", _show("overlay", pictures)),
-            Section("The measured laws" if several else "The measured law", _show("law", pictures)),
+    return [Section("Measured and simulated", show("overlay", pictures)),
+            Section("The measured laws" if several else "The measured law", show("law", pictures)),
             *(Section(f"Finding{f' {place}' * several}: {within(finding.title)}", _describe(finding))
               for place, finding in enumerate(result.findings, 1)),
-            _describe_gap(result), _list_parameters(result), _list_blocks(result),
-            Section("The runs that are described worst", _show("signals", pictures)),
+            _describe_gap(result),
+            Section("Parameters", [tabulate_parameters(result.parameters)] if result.parameters else []),
+            _list_blocks(result),
+            Section("The runs that are described worst", show("signals", pictures)),
             Section("Limitations", [Items(list(_LIMITS))])]
-
-
-def _show(name: str, pictures: Collection[str]) -> list[Part]:
-    return [Picture(name)] if name in pictures else []
 
 
 def _describe(finding: MachineFinding) -> list[Part]:
@@ -429,10 +427,6 @@ def _describe_gap(result: MachineStudyResult) -> Section:
 def _state_closed(left: float, closed: float | None) -> tuple[str, str]:
     """Return what is left and which share is closed."""
     return ("", "did not converge") if closed is None else (units.number(left, 3), _share(closed))
-
-
-def _list_parameters(result: MachineStudyResult) -> Section:
-    return Section("Parameters", [tabulate_parameters(result.parameters)] if result.parameters else [])
 
 
 def tabulate_parameters(parameters: Sequence[MachineParameter]) -> Table:

@@ -72,9 +72,7 @@ def _differences(result: StudyResult, gap: Gap, figures: Figures) -> Spec:
                "scale": {"nice": False, "padding": 8}, "axis": {"labels": False, "ticks": False, "grid": False}}
     y: Spec = {"field": "difference", "type": "quantitative", "title": "measured − predicted [ms]"}
     return {"width": theme.WIDTH, "height": _HEIGHT, "layer": [
-        {"data": {"values": [{"low": -expected, "high": expected}]},
-         "mark": {"type": "rect", "color": theme.MEASURED, "opacity": 0.13},
-         "encoding": {"y": {**y, "field": "low"}, "y2": {"field": "high"}}},
+        theme.band(-expected, expected, y),
         {"data": {"values": [{}]}, "mark": {"type": "rule", "color": theme.FAINT}, "encoding": {"y": {"datum": 0}}},
         {"data": {"values": [{"position": start - 0.5} for start in starts[1:]]}, "encoding": {"x": x},
          "mark": {"type": "rule", "color": theme.EDGE}},

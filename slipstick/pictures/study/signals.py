@@ -42,12 +42,17 @@ def draw(result: StudyResult, figures: Figures, _: StudySettings) -> Spec | None
     if not engagements:
         return None
     width = (theme.WIDTH - _COLUMN_SPACING * (len(engagements) - 1)) // len(engagements)
-    columns = [_column(result, engagement, models, width, engagement is engagements[0]) for engagement in engagements]
-    for column, engagement in zip(columns, engagements, strict=True):
-        column[0]["layer"].append({
+    columns = []
+    for engagement in engagements:
+        is_first = engagement is engagements[0]
+        speeds = _speeds(engagement, width, is_first)
+        columns.append([speeds, *(_differences(result, engagement, models, signal, width, is_first)
+                                  for signal in engagement.measured)])
+        about = f"{numbers(result)[engagement.condition]}: {described(figures.conditions, engagement.condition)}"
+        speeds["layer"].append({
             "data": {"values": [{}]}, "encoding": {"x": {"value": 0}, "y": {"value": -_LABEL}},
             "mark": {"type": "text", "align": "left", "baseline": "top", "color": theme.FAINT, "lineHeight": 14,
-                     "text": _conditions(figures, numbers(result), engagement.condition)}})
+                     "text": textwrap.wrap(about, _CHARACTERS)}})
     rows = [{"spacing": _COLUMN_SPACING, "bounds": "flush", "hconcat": list(row)}
             for row in zip(*columns, strict=True)]
     return theme.picture(_title(result, engagements, list(models)),
@@ -78,13 +83,6 @@ def rms_error(engagements: list[Engagement], model: str, signal: str) -> float:
     """Return the root mean square of measured minus simulated."""
     squares = [value**2 for engagement in engagements for _, value in _difference(engagement, model, signal)]
     return math.sqrt(sum(squares) / len(squares))
-
-
-def _column(result: StudyResult, engagement: Engagement, models: dict[str, tuple[str, str]], width: float,
-            first: bool) -> list[Spec]:
-    """Return the panels of an engagement, from the speeds to the last signal."""
-    panels = [_speeds(engagement, width, first)]
-    return panels + [_differences(result, engagement, models, signal, width, first) for signal in engagement.measured]
 
 
 def _x(engagement: Engagement, labels: bool) -> Spec:
@@ -129,9 +127,7 @@ def _differences(result: StudyResult, engagement: Engagement, models: dict[str, 
                "axis": {"tickCount": 4, "format": "~f"}}
     colour = {**theme.series_colour(dict(models.values())), "legend": {"symbolType": "stroke"}}
     layers: list[Spec] = [
-        {"data": {"values": [{"low": -noise, "high": noise}]},
-         "mark": {"type": "rect", "color": theme.MEASURED, "opacity": 0.13},
-         "encoding": {"y": {**y, "field": "low"}, "y2": {"field": "high"}}},
+        theme.band(-noise, noise, y),
         {"data": {"values": [{}]}, "mark": {"type": "rule", "color": theme.FAINT}, "encoding": {"y": {"datum": 0}}},
         _lock(engagement, x)]
     layers += [{"data": {"values": [{"t": t, "y": theme.rounded(value, 4)} for t, value in curve]},
@@ -145,7 +141,3 @@ def _difference(engagement: Engagement, model: str, signal: str) -> Iterator[tup
     for t, measured, simulated in zip(engagement.time, engagement.measured[signal], engagement.models[model][signal],
                                       strict=True):
         yield t, measured - simulated
-
-
-def _conditions(figures: Figures, number: list[int], index: int) -> list[str]:
-    return textwrap.wrap(f"{number[index]}: {described(figures.conditions, index)}", _CHARACTERS)

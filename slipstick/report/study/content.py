@@ -4,7 +4,7 @@ from collections.abc import Collection
 
 from slipstick.report.study import findings, simulation, untested
 from slipstick.report.study.limits import limits
-from slipstick.report.study.parts import Items, Part, Picture, Section
+from slipstick.report.study.parts import Items, Section, show
 from slipstick.studies.figures import Figures
 from slipstick.studies.result import StudyResult
 from slipstick.studies.settings import StudySettings
@@ -14,14 +14,12 @@ def evidence(result: StudyResult, settings: StudySettings, pictures: Collection[
     """The sections from what shows the findings to the closed gap. `pictures` are those for which there are data."""
     laws = "The measured law" if len(result.findings) == 1 else "The measured laws"
 
-    def show(name: str) -> list[Part]:
-        return [Picture(name)] if name in pictures else []
-
-    return [Section("Measured and simulated", show("overlay")), Section(laws, show("law")),
-            *findings.sections(result, settings), Section("What decided", show("evidence")),
-            untested.explained(result), untested.times(result, "times" in pictures),
-            simulation.blocks(result, "blocks" in pictures), simulation.gap(result, "gap" in pictures),
-            Section("Signals of the worst engagements", show("signals"))]
+    return [Section("Measured and simulated", show("overlay", pictures)),
+            Section(laws, show("law", pictures)),
+            *findings.sections(result, settings), Section("What decided", show("evidence", pictures)),
+            untested.explained(result), untested.times(result, pictures), simulation.blocks(result, pictures),
+            simulation.gap(result, pictures),
+            Section("Signals of the worst engagements", show("signals", pictures))]
 
 
 def background(result: StudyResult, figures: Figures, settings: StudySettings) -> list[Section]:

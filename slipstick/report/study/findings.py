@@ -9,7 +9,7 @@ from slipstick.pictures.theme import in_words
 from slipstick.pictures.units import number, signed
 from slipstick.report.study.parts import Entries, Items, Note, Part, Section, Table
 from slipstick.report.study.todo import write_equation
-from slipstick.report.study.words import channel, coefficient_row, many
+from slipstick.report.study.words import coefficient_row, many
 from slipstick.report.words import listed
 from slipstick.studies.formula import describe_quantity, effect_of
 from slipstick.studies.result import Candidate, FindingResult, FurtherExperiment, StudyResult
@@ -125,8 +125,8 @@ def _worth(finding: FindingResult) -> Entries:
     if finding.worth is None:
         return []
     ordered = sorted(finding.worth.signals.items(), key=lambda entry: -entry[1])
-    large = [f"{number(value, 2)} in the {channel(name)}" for name, value in ordered if value >= _NOTHING]
-    small = [f"the {channel(name)}" for name, value in ordered if value < _NOTHING]
+    large = [f"{number(value, 2)} in the {in_words(name)}" for name, value in ordered if value >= _NOTHING]
+    small = [f"the {in_words(name)}" for name, value in ordered if value < _NOTHING]
     time, smaller = "does not change the shifting time", ""
     if abs(finding.worth.largest) >= _NOTHING:
         time = (f"changes the shifting time by {number(finding.worth.shifting_time)} ms (root mean square), at most by "

@@ -1,5 +1,6 @@
 """The parts of a report, as values: the page and the text of a study have the same ones."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 Entries = list[tuple[str, str]]
@@ -65,3 +66,8 @@ class Section:
 
     title: str
     parts: list[Part]
+
+
+def show(name: str, pictures: Collection[str]) -> list[Part]:
+    """Return the picture `name` if it is one of `pictures`, those for which there are data."""
+    return [Picture(name)] if name in pictures else []

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
 import scipy
@@ -12,8 +12,8 @@ from slipstick.pictures import units
 from slipstick.pictures.study.words import effect_title, within
 from slipstick.pictures.theme import in_words
 from slipstick.pictures.units import fixed, number
-from slipstick.report.study.parts import Note, Part, Picture, Section, Table
-from slipstick.report.study.words import CHANNELS, between, channel, describe_closure, many, percent
+from slipstick.report.study.parts import Note, Part, Section, Table, show
+from slipstick.report.study.words import CHANNELS, between, describe_closure, many, percent
 from slipstick.report.words import listed
 from slipstick.studies.result import WITHIN, Closure, Gap, SimulationResult, StudyResult
 from slipstick.studies.settings import StudySettings
@@ -34,7 +34,7 @@ _BOUND = (" At a bound: as far from nominal as the fit lets it, so that the valu
           "it stands for what is missing.")
 _MEASURED = ("Torque and speeds show how far the bench is from the stated conditions. The simulation has the measured "
              "values of each engagement, so that they do not count as an error of a prediction.")
-_UNITS = {"motor_speed": "rad/s", "load_inertia": "kg m²", "brake_torque": "N m"}
+UNITS = {"motor_speed": "rad/s", "load_inertia": "kg m²", "brake_torque": "N m"}
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,7 @@ def _within(gap: Gap) -> str:
             f"{describe_closure(beside)} of that gap.")
 
 
-def blocks(result: StudyResult, has_picture: bool) -> Section:
+def blocks(result: StudyResult, pictures: Collection[str]) -> Section:
     """The findings of every block, and what it leaves unexplained."""
     rows = list[tuple[str, ...]]()
     for block in result.blocks:
@@ -165,14 +165,13 @@ def blocks(result: StudyResult, has_picture: bool) -> Section:
         shown += [f"left over: {within(remainder.title)}?" for remainder in result.remainders
                   if block.name in remainder.blocks]
         rows.append((block.signals, f"{block.chi_square:.2f}", "; ".join(shown) or "none"))
-    rows += [(block.signals, "", f"not tested: {listed([channel(name) for name in block.missing])} not measured")
+    rows += [(block.signals, "", f"not tested: {listed([in_words(name) for name in block.missing])} not measured")
              for block in result.closed]
-    parts: list[Part] = [Picture("blocks")] if has_picture else []
     return Section("Blocks of the model", [
-        *parts, Table(("block", "reduced chi-square", "findings"), rows, words=(2,)), Note(_BLOCKS)])
+        *show("blocks", pictures), Table(("block", "reduced chi-square", "findings"), rows, words=(2,)), Note(_BLOCKS)])
 
 
-def gap(result: StudyResult, has_picture: bool) -> Section:
+def gap(result: StudyResult, pictures: Collection[str]) -> Section:
     """The closed gap of every signal; empty if the simulation supports no finding."""
     if result.gap is None:
         return Section("", [])
@@ -181,14 +180,13 @@ def gap(result: StudyResult, has_picture: bool) -> Section:
     for name, closure in result.gap.closures.items():
         unit, factor = CHANNELS[name]
         errors = (fixed(factor * error) for error in (closure.rms_before, closure.rms_after, closure.rms_expected))
-        rows.append((f"{channel(name)} [{unit}]", *errors, describe_closure(closure),
+        rows.append((f"{in_words(name)} [{unit}]", *errors, describe_closure(closure),
                      *([describe_closure(control.closures[name])] if control else [])))
     note = f" Control: a wrong effect for comparison, {within(effect_title(control.effect))}, which acts on another " \
         "quantity." if control else ""
     head = ("RMS error on held-out conditions", "before", "after", "right model", "gap closed (90 %)")
-    parts: list[Part] = [Picture("gap")] if has_picture else []
     return Section("Gap closed by what was found", [
-        *parts, Table((*head, "by the control") if control else head, rows), Note(_CLOSED + note)])
+        *show("gap", pictures), Table((*head, "by the control") if control else head, rows), Note(_CLOSED + note)])
 
 
 def simulation(result: StudyResult, level: float) -> Section:
@@ -199,7 +197,7 @@ def simulation(result: StudyResult, level: float) -> Section:
                                    for value in values_of(result.after, level)]
     fits = [result.before] if result.gap is None else [result.before, result.after]
     head = ("without", "with the findings")[:len(fits)] if len(fits) > 1 else ("model of the bench",)
-    chi_square = [(channel(name), *(f"{fit.chi_square[name]:.2f}" for fit in fits)) for name in fits[0].chi_square]
+    chi_square = [(in_words(name), *(f"{fit.chi_square[name]:.2f}" for fit in fits)) for name in fits[0].chi_square]
     values: list[Part] = [Table(("parameter", "value in the " + ("extended" if result.gap else "refitted") + " model",
                                  f"{100 * level:.0f} % interval", "in the bench file"), rows)] if rows else []
     parts: list[Part] = [*values, Table(("mean squared residual in units of the noise", *head), chi_square)]
@@ -219,7 +217,7 @@ def conditions(result: StudyResult) -> Section:
     if not result.conditions:
         return Section("", [])
     rows: list[tuple[str, ...]] = [
-        (in_words(condition.name), f"{number(condition.stated, 4)} {_UNITS[condition.name]}",
+        (in_words(condition.name), f"{number(condition.stated, 4)} {UNITS[condition.name]}",
          percent(condition.deviation), f"{100 * condition.scatter:.2f} %", str(condition.engagements))
         for condition in result.conditions]
     return Section("Conditions as measured", [

@@ -12,8 +12,8 @@ from slipstick.pictures.theme import in_words
 from slipstick.pictures.units import number, scale, with_unit
 from slipstick.report.doubts import LARGE_CHI_SQUARE
 from slipstick.report.study.parts import Entries, File, Files, Items, Part, Section, Table
-from slipstick.report.study.simulation import lead, tell_confidence, values_of
-from slipstick.report.study.words import channel, coefficient_row, many
+from slipstick.report.study.simulation import UNITS, lead, tell_confidence, values_of
+from slipstick.report.study.words import coefficient_row, many
 from slipstick.report.words import listed
 from slipstick.studies.export import has_table, law_table
 from slipstick.studies.figures import Figures
@@ -26,7 +26,6 @@ TITLE = "What to do"
 _LABELS = {".csv": "CSV", ".mat": "MATLAB", ".mo": "Modelica", ".h": "C"}
 _PASSING = "time", "run order"
 """What no run can be held at."""
-_UNITS = {"motor_speed": "rad/s", "load_inertia": "kg m²", "brake_torque": "N m"}
 
 
 def advise(result: StudyResult, figures: Figures, settings: StudySettings, cautions: Entries) -> Section:
@@ -103,7 +102,7 @@ def describe_conditions(conditions: Mapping[str, list[float] | None]) -> str:
     """Return the ranges of the conditions that were recorded."""
     ranges = [f"{in_words(name)} {number(min(column), 4)}"
               + (f" to {number(max(column), 4)}" if max(column) > min(column) else "") + f" {unit}"
-              for name, unit in _UNITS.items() if (column := conditions.get(name))]
+              for name, unit in UNITS.items() if (column := conditions.get(name))]
     profiles = conditions.get("current_profile")
     return listed([*ranges, *([many(len(set(profiles)), "current profile")] if profiles else [])]) if ranges else ""
 
@@ -202,7 +201,7 @@ def _list_runs(result: StudyResult) -> list[str]:
         return []
     if result.closed:
         missing = list(dict.fromkeys(name for block in result.closed for name in block.missing))
-        return [f"record {listed([channel(name) for name in missing])} as well: "
+        return [f"record {listed([in_words(name) for name in missing])} as well: "
                 f"{many(len(result.closed), 'block')} could not be tested without."]
     if result.kind == "none":
         return ["none is needed. Before the model is used beyond these conditions, record a few runs there."]
@@ -222,7 +221,7 @@ def _describe_next(finding: FindingResult) -> str:
                            "load_inertia": [best.load_inertia], "brake_torque": [best.brake_torque]}, 0)
         runs = "more than 1000 runs" if best.repetitions is None else many(best.repetitions, "run")
         return (f"{where}: {runs} tell {within(finding.title)} from {within(effect_title(best.rival))}, mostly by the "
-                f"{channel(best.signal)}.")
+                f"{in_words(best.signal)}.")
     if finding.rivals:
         return ("none that was tried tells the rivals apart: record a further channel, or conditions beyond these.")
     weak = find_weakest(finding, finding.law) if finding.law is not None else ""

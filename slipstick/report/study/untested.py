@@ -1,10 +1,11 @@
 """What would explain a misfit where blocks could not be tested, and the shifting times over the conditions."""
 
+from collections.abc import Collection
+
 from slipstick.pictures.study.words import effect_title
 from slipstick.pictures.theme import in_words
 from slipstick.pictures.units import fixed, number, raised
-from slipstick.report.study.parts import Note, Part, Picture, Section, Table
-from slipstick.report.study.words import channel
+from slipstick.report.study.parts import Note, Section, Table, show
 from slipstick.report.words import signed
 from slipstick.studies.result import Explanation, StudyResult, TimesOver
 
@@ -30,14 +31,13 @@ def explained(result: StudyResult) -> Section:
     return Section("What would explain it", [Table(head, rows, words=(3, 5)), Note(_EXPLAINED)] if rows else [])
 
 
-def times(result: StudyResult, has_picture: bool) -> Section:
+def times(result: StudyResult, pictures: Collection[str]) -> Section:
     """The shifting times over the conditions; empty where signals were recorded."""
-    parts: list[Part] = [Picture("times")] if has_picture else []
     rows = [_row(trend) for trend in result.times]
     head = ("condition", "furthest from zero at", "measured minus predicted [ms]", "standard error [ms]", "gain [nats]",
             "standard errors", "more than noise")
     return Section("Shifting times over the conditions",
-                   [*parts, Table(head, rows, words=(1, 6)), Note(_OVER)] if rows else [])
+                   [*show("times", pictures), Table(head, rows, words=(1, 6)), Note(_OVER)] if rows else [])
 
 
 def _tell_apart(explanation: Explanation, place: int) -> str:
@@ -47,7 +47,7 @@ def _tell_apart(explanation: Explanation, place: int) -> str:
 def _find_largest_misfit(explanation: Explanation) -> tuple[str, str]:
     """The largest chi-square that an effect leaves, and where."""
     name = max(explanation.chi_square, key=explanation.chi_square.__getitem__)
-    return f"{explanation.chi_square[name]:.2f}", channel(name)
+    return f"{explanation.chi_square[name]:.2f}", in_words(name)
 
 
 def _row(trend: TimesOver) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from slipstick.pictures.study.words import effect_title, name_candidate, within
 from slipstick.pictures.theme import in_words
 from slipstick.pictures.units import number
 from slipstick.report.study.parts import Entries
-from slipstick.report.study.words import MISFIT, channel
+from slipstick.report.study.words import MISFIT
 from slipstick.report.words import listed
 from slipstick.studies.result import WITHIN, Control, FindingResult, Gap, Remainder, StudyResult
 from slipstick.studies.words import engagements
@@ -19,7 +19,7 @@ def warnings(result: StudyResult, aside: Columns | None = None) -> Entries:
     entries: Entries = [] if result.partial is None else [result.partial.warning]
     if result.closed:
         missing = dict.fromkeys(name for block in result.closed for name in block.missing)
-        entries.append((f"Not measured: {listed([channel(name) for name in missing])}.",
+        entries.append((f"Not measured: {listed([in_words(name) for name in missing])}.",
                         f"{listed([f'“{block.signals}”' for block in result.closed])} could not be tested. "
                         + ("What is missing there is not found, or appears as a finding of another block."
                            if result.blocks else "The answer is that of the simulation of the whole bench alone.")))
@@ -88,7 +88,7 @@ def _warn_of_simulation(result: StudyResult) -> Entries:
     if not result.after.converged:
         entries.append(("Not converged:", "the fit of the simulation did not converge within its iterations. "
                         "Coefficients and the log-likelihood may be off."))
-    misfits = [f"{number(value)} in the {channel(name)}" for name, value in result.after.chi_square.items()
+    misfits = [f"{number(value)} in the {in_words(name)}" for name, value in result.after.chi_square.items()
                if value > MISFIT]
     if misfits:
         entries.append(("The simulation leaves more than noise:", f"reduced chi-square is {listed(misfits)}. "

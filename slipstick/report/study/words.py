@@ -13,11 +13,6 @@ MISFIT = 1.5
 """Reduced chi-square above which a signal holds more than noise."""
 
 
-def channel(name: str) -> str:
-    """A signal in words."""
-    return in_words(name)
-
-
 def meaning(effect: Effect | None, name: str) -> str:
     """The meaning of a coefficient."""
     if name == "factor":
