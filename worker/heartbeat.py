@@ -8,6 +8,7 @@ import logging
 import os
 import threading
 import time
+from collections.abc import Callable
 
 from dbos import DBOS
 from sqlalchemy import Engine, text
@@ -15,8 +16,6 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from slipstick.storage.database import clock, create_tables
 from slipstick.storage.queues import QUEUES
-
-from .worker_name import NameLock
 
 _SECONDS = 1.0
 _DEAD_SECONDS = 5.0
@@ -27,14 +26,14 @@ ON CONFLICT (name) DO UPDATE SET seen = excluded.seen"""
 _LOG = logging.getLogger("dbos")
 
 
-def start(engine: Engine, name: str, lock: NameLock) -> None:
+def start(engine: Engine, name: str, has_name: Callable[[], bool]) -> None:
     """Write the heartbeat of the worker `name` from now on, and take over jobs of dead workers.
 
-    The process ends if it loses the `lock` on its name to another worker.
+    The process ends if it no longer `has_name`, which another worker then has locked.
     """
     create_tables(engine, _CREATE)
     beat(engine, name)
-    threading.Thread(target=_beat_for_ever, args=(engine, name, lock), daemon=True).start()
+    threading.Thread(target=_beat_for_ever, args=(engine, name, has_name), daemon=True).start()
 
 
 def beat(engine: Engine, name: str) -> None:
@@ -68,12 +67,12 @@ def stop(engine: Engine, name: str) -> None:
         connection.execute(text("UPDATE slipstick_workers SET seen = 0 WHERE name = :name"), {"name": name})
 
 
-def _beat_for_ever(engine: Engine, name: str, lock: NameLock) -> None:
+def _beat_for_ever(engine: Engine, name: str, has_name: Callable[[], bool]) -> None:
     last, patient_until = time.monotonic(), 0.0
     while True:
         time.sleep(_SECONDS)
         try:
-            if not lock.is_held():
+            if not has_name():
                 print(f"Another worker named '{name}' has started, so this one stops", flush=True)
                 os._exit(1)
             beat(engine, name)

@@ -4,7 +4,7 @@ The checkpoint between both holds what is `named`.
 """
 
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
 from slipstick.bench import Bench
@@ -29,15 +29,14 @@ _REPORT_SECONDS = 0.5
 def name(library: Library, report: Report, order: Order) -> Checkpoint:
     """What the blocks of the model say is missing."""
     begin, task = clock_times(), _open(library, order)
-    named = examine(task.settings, task.bench, task.recordings, _log(report),
-                    lambda named: report.keep({"named": named, **stage_times({}, "name", begin)}))
+    named = examine(*task, _log(report), lambda named: report.keep({"named": named, **stage_times({}, "name", begin)}))
     return {"named": named, **stage_times({}, "name", begin)}
 
 
 def confirm(library: Library, report: Report, order: Order, checkpoint: Checkpoint) -> dict[str, Any]:
     """The output of the job."""
     begin, task = clock_times(), _open(library, order)
-    result, figures = conclude(task.settings, task.bench, task.recordings, checkpoint["named"], _log(report))
+    result, figures = conclude(*task, checkpoint["named"], _log(report))
     return {"result": asdict(result), "figure_data": asdict(figures), **stage_times(checkpoint, "confirm", begin)}
 
 
@@ -45,8 +44,7 @@ def deliver(library: Library, report: Report, order: Order, checkpoint: Checkpoi
     """The output of a job whose time budget has ended before `confirm`; raises `TimeBudgetEnded` if nothing is named.
     """
     task = _open(library, order)
-    result, figures = unconfirmed(task.settings, task.bench, task.recordings, checkpoint.get("named"),
-                                  order["time_budget"])
+    result, figures = unconfirmed(*task, checkpoint.get("named"), order["time_budget"])
     return {"result": asdict(result), "figure_data": asdict(figures), "seconds": checkpoint["seconds"],
             "processor_seconds": checkpoint.get("processor_seconds", {})}
 
@@ -74,13 +72,6 @@ def _output(studied: Studied) -> dict[str, Any]:
     return {"result": asdict(result), "figure_data": asdict(figures)}
 
 
-@dataclass(frozen=True, eq=False)
-class _Task:
-    settings: StudySettings
-    bench: Bench
-    recordings: Recordings
-
-
 def _log(report: Report) -> Log:
     """Report each step when it begins, and within a step at most twice a second what is tried."""
     step, last = 0, 0.0
@@ -94,7 +85,7 @@ def _log(report: Report) -> Log:
     return log
 
 
-def _open(library: Library, order: Order) -> _Task:
+def _open(library: Library, order: Order) -> tuple[StudySettings, Bench, Recordings]:
     recordings = library.recording(order["recordings"])
     require_same(order, "recordings", recordings.digest, "study")
-    return _Task(StudySettings.from_dict(order["settings"]), bench_of(library, order, "study"), recordings)
+    return StudySettings.from_dict(order["settings"]), bench_of(library, order, "study"), recordings

@@ -78,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
     signal.pthread_sigmask(signal.SIG_BLOCK, stops)
     engine, file = open_database(arguments.jobs), file_of(arguments.jobs)
     name = arguments.name or (socket.gethostname() if is_server(arguments.jobs) else "worker-1")
-    with locked_name(name, engine, file) as lock:
+    with locked_name(name, engine, file) as has_name:
         DBOS(config={"name": _APPLICATION, "system_database_url": arguments.jobs, "application_version": _VERSION,
                      "executor_id": name, "log_level": "WARNING"})
         logging.getLogger("dbos").addFilter(is_unexpected)
@@ -98,7 +98,7 @@ def run(arguments: argparse.Namespace) -> int:
         DBOS.launch()
         for queue in queues:
             DBOS.register_queue(queue, worker_concurrency=1, polling_interval_sec=0.2)
-        heartbeat.start(engine, name, lock)
+        heartbeat.start(engine, name, has_name)
         known_machines.tell(engine, name, known)
         print(f"Worker {name} is waiting for jobs in {shown(arguments.jobs)}", flush=True)
         received = signal.sigwait(stops)

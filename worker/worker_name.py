@@ -3,11 +3,10 @@
 import fcntl
 import hashlib
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 from sqlalchemy import Connection, Engine, text
 from sqlalchemy.exc import SQLAlchemyError
@@ -17,17 +16,11 @@ from slipstick.errors import InvalidValue
 NAME = r"[A-Za-z0-9_-][A-Za-z0-9._-]{0,99}"
 
 
-class NameLock(Protocol):
-    """The lock, which ends with this process however it ends."""
-
-    def is_held(self) -> bool:
-        """Whether this process still has the lock."""
-
-
 @contextmanager
-def locked_name(name: str, engine: Engine, file: Path | None) -> Iterator[NameLock]:
-    """Hold the lock on `name`, beside the `file` of the database or on its server.
+def locked_name(name: str, engine: Engine, file: Path | None) -> Iterator[Callable[[], bool]]:
+    """Hold the lock on `name`, beside the `file` of the database or on its server; yield whether it is still held.
 
+    The lock ends with this process however it ends.
     Raises `InvalidValue` if another worker has the name, or for one that is no name of a file.
     """
     if not re.fullmatch(NAME, name):
@@ -38,7 +31,7 @@ def locked_name(name: str, engine: Engine, file: Path | None) -> Iterator[NameLo
         try:
             if not lock.is_held():
                 raise _in_use(name)
-            yield lock
+            yield lock.is_held
         finally:
             lock.release()
         return
@@ -47,12 +40,7 @@ def locked_name(name: str, engine: Engine, file: Path | None) -> Iterator[NameLo
             fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise _in_use(name) from None
-        yield _FileLock()
-
-
-class _FileLock:
-    def is_held(self) -> bool:
-        return True
+        yield lambda: True
 
 
 @dataclass(eq=False)

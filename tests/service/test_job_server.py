@@ -68,7 +68,7 @@ def test_heartbeats_and_names_on_a_server(postgresql: Server) -> None:
     engine = open_database(url)
     beats = Heartbeats(engine)
     assert beats.alive() == 0
-    with locked_name("a", engine, None) as lock:
+    with locked_name("a", engine, None) as is_held:
         with pytest.raises(InvalidValue, match="'a' is already running"), locked_name("a", engine, None):
             pass
         with engine.begin() as connection:
@@ -84,11 +84,11 @@ def test_heartbeats_and_names_on_a_server(postgresql: Server) -> None:
         assert beats.alive() == 1
         other = open_database(url)
         with pytest.raises(Exception, match=r"terminating connection|closed"):
-            lock.is_held()
+            is_held()
         with locked_name("a", other, None):
-            assert not lock.is_held()
+            assert not is_held()
         deadline = time.monotonic() + 10
-        while not lock.is_held():  # the server releases the lock once it has noticed that the connection was closed
+        while not is_held():  # the server releases the lock once it has noticed that the connection was closed
             assert time.monotonic() < deadline
     for used in (engine, other, beats.engine):
         used.dispose()
