@@ -5,16 +5,18 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from dbos import WorkflowStatus
+from fastapi import Depends, Header, Path
 from pydantic import BaseModel
 
 from slipstick.storage.library import Library
 from slipstick.storage.queues import find_machine
 
 from .job_store import KINDS, JobInput, JobStore
-from .jobs import Job, input_of, is_of_machine, job_fields, job_id_path, output_of, store_of
+from .jobs import Job, JobStores, input_of, is_of_machine, job_fields, output_of
 from .machines import Machines, tell_missing
 from .paging import Page
 
+_ID = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
 Entry = TypeVar("Entry", bound=Job, covariant=True)
 State = TypeVar("State", bound=Job, covariant=True)
 
@@ -56,12 +58,30 @@ class JobKind(Generic[Entry, State]):
     @property
     def store(self) -> Any:
         """Dependency: the jobs of this kind."""
-        return store_of(self.name)
+        async def store(stores: JobStores) -> JobStore:
+            return stores[self.name]
+
+        return Depends(store)
 
     @property
     def id_path(self) -> Any:
         """Path parameter for the id of a job."""
-        return job_id_path(self.name)
+        return Path(description=f"Id of the {self.name}.", pattern=_ID, openapi_examples=self._id_example)
+
+    @property
+    def key_header(self) -> Any:
+        """Header parameter by which a client chooses the id of a new job."""
+        kind = self.name
+        return Header(alias="Idempotency-Key", pattern=_ID, openapi_examples=self._id_example, description=(
+            f"Becomes the id of the {kind}. If a request with the same key is repeated, no second {kind} is created "
+            f"and the existing one is returned, whatever its time budget. If that has ended it, the {kind} is computed "
+            "anew in its place. A different request with the same key is rejected with 409. Without a key, every "
+            f"request creates a new {kind}."))
+
+    @property
+    def _id_example(self) -> Any:
+        id = f"first-{self.name}"
+        return {id: {"summary": f"The {self.name} submitted by the example request", "value": id}}
 
     def without_progress(self, store: JobStore, job: WorkflowStatus) -> Entry:
         """Return a job without its progress and result."""

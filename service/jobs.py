@@ -7,8 +7,9 @@ import uuid
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, TypeVar
 
+import orjson
 from dbos import WorkflowStatus
-from fastapi import Depends, Header, Path, Query, Request
+from fastapi import Query, Request
 from pydantic import BaseModel, BeforeValidator, Field
 from starlette.concurrency import run_in_threadpool
 
@@ -24,7 +25,6 @@ from .problem_details import Conflict
 
 _SUBMITTING = threading.Lock()
 """Held by the request that submits a job: of two with the same key, only one must replace a job."""
-_ID = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
 
 
 TimeBudget = Annotated[float | None, Field(
@@ -54,14 +54,6 @@ class Job(BaseModel):
 
 JobStores = Annotated[Mapping[str, JobStore], held("jobs")]
 """The jobs of each kind."""
-
-
-def store_of(kind: str) -> Any:
-    """Dependency: the jobs of a kind."""
-    async def store(stores: JobStores) -> JobStore:
-        return stores[kind]
-
-    return Depends(store)
 
 
 class RecordedJob(Job):
@@ -125,24 +117,6 @@ MissingMachine = Annotated[str | None, Field(
                 "null otherwise.")]
 
 
-def job_id_path(kind: str) -> Any:
-    """Path parameter for the id of a job of the given kind."""
-    return Path(description=f"Id of the {kind}.", pattern=_ID, openapi_examples=_example(kind))
-
-
-def idempotency_key_header(kind: str) -> Any:
-    """Header parameter by which a client chooses the id of a new job of the given kind."""
-    return Header(alias="Idempotency-Key", pattern=_ID, openapi_examples=_example(kind),
-                  description=f"Becomes the id of the {kind}. If a request with the same key is repeated, no second "
-                              f"{kind} is created and the existing one is returned, whatever its time budget. If that "
-                              f"has ended it, the {kind} is computed anew in its place. A different request with the "
-                              f"same key is rejected with 409. Without a key, every request creates a new {kind}.")
-
-
-def _example(kind: str) -> Any:
-    return {f"first-{kind}": {"summary": f"The {kind} submitted by the example request", "value": f"first-{kind}"}}
-
-
 def submit(store: JobStore, key: str | None, job_input: JobInput, queue: str,
            check: Callable[[], None] = lambda: None) -> WorkflowStatus:
     """Enqueue a job, or return the existing job with this key and this input; raises `Conflict`.
@@ -154,6 +128,7 @@ def submit(store: JobStore, key: str | None, job_input: JobInput, queue: str,
     its result depends on the clock, and is not used again.
     """
     id = key or str(uuid.uuid4())
+    job_input = orjson.loads(orjson.dumps(job_input))  # as the database returns it: with lists instead of tuples
     queue = name_machine_queue(job_input["machine"]) if job_input.get("machine") else queue
     with _SUBMITTING:
         if not store.has(id):

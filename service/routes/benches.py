@@ -142,12 +142,10 @@ def entry(library: Library, name: str) -> BenchEntry:
     """Return the entry of a list of benches, also of an invalid file."""
     href = f"/v1/benches/{name}"
     try:
-        described = library.derive_from_bench(name, _summarize)
+        return BenchEntry(name=name, href=href, **library.derive_from_bench(name, _summarize))
     except SlipstickError as error:
         return BenchEntry(name=name, title="", digest=None, problem=str(error), href=href)
-    return described.model_copy(update={"name": name, "href": href})
 
 
-def _summarize(bench: Bench) -> BenchEntry:
-    """Return the entry of a bench, without its name."""
-    return BenchEntry(name="", title=bench.title, digest=bench.digest, href="")
+def _summarize(bench: Bench) -> dict[str, Any]:
+    return {"title": bench.title, "digest": bench.digest}

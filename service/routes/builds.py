@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Annotated
 
-import orjson
 from fastapi import APIRouter, Body, Response
 
 from slipstick.black_box import BlackBoxDescription
@@ -22,7 +21,7 @@ from ..error_responses import error_responses
 from ..job_filter import ACTIVE, JobFilter
 from ..job_kind import JobKind
 from ..job_store import JobInput, JobStore
-from ..jobs import bench_input, idempotency_key_header, submit
+from ..jobs import bench_input, submit
 from ..machines import Machines, MachinesDependency
 from ..problem_details import Conflict, TooLarge
 from ..routes.job_routes import add_job_routes
@@ -44,7 +43,7 @@ BUILDS = JobKind(
                 "takes.",
     about_result="Return the digest of the table, its shape and the outcomes of its runs", forget=_forget)
 BuildStore = Annotated[JobStore, BUILDS.store]
-IdempotencyKey = Annotated[str | None, idempotency_key_header("build")]
+IdempotencyKey = Annotated[str | None, BUILDS.key_header]
 
 _EXAMPLE = {"name": "new-table", "bench": "heavy",
             "axes": {"pressure_bias": [0.8, 1.2, 5], "initial_position": [0.8, 1.2, 5]}}
@@ -104,12 +103,11 @@ def _job_input(library: Library, machines: Machines, body: BuildRequest, most_ru
         _require_runs(axes, 1, most_runs)  # before they are laid out in memory
         plan = plan_of_bench(library.bench(bench), axes, model, recordings, body.accuracy)
         library.require_space(_BYTES * _require_runs(axes, len(plan.conditions), most_runs))
-    job_input: JobInput = orjson.loads(orjson.dumps({
+    return {
         "name": body.name, "machine": body.machine, "output": body.output, "axes": axes, "accuracy": body.accuracy,
         "recordings": body.recordings, "recordings_digest": recordings and recordings.digest,
         "time_budget": body.time_budget, "most_runs": most_runs, **bench_input(library, bench),
-        **model_input(None if bench is None else library.bench(bench), body.model)}))
-    return job_input
+        **model_input(None if bench is None else library.bench(bench), body.model)}
 
 
 def _require_inputs(machines: Machines, body: BuildRequest) -> None:

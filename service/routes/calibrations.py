@@ -2,7 +2,6 @@
 
 from typing import Annotated, Any
 
-import orjson
 from fastapi import APIRouter, Body, Response
 
 from slipstick.calibration import Calibration as FittedCalibration
@@ -24,7 +23,7 @@ from ..computations import computes
 from ..error_responses import error_responses
 from ..job_kind import JobKind
 from ..job_store import JobInput, JobStore
-from ..jobs import bench_input, finished_job, idempotency_key_header, is_of_machine, output_of, submit, version_of
+from ..jobs import bench_input, finished_job, is_of_machine, output_of, submit, version_of
 from ..routes.drawing_routes import DrawingTexts, Drawn, add_drawing_routes
 from ..routes.job_routes import add_job_routes
 from ..schemas import LibraryDependency
@@ -40,7 +39,7 @@ CALIBRATIONS = JobKind(
     bench_links=("pictures", "model"))
 CalibrationStore = Annotated[JobStore, CALIBRATIONS.store]
 CalibrationId = Annotated[str, CALIBRATIONS.id_path]
-IdempotencyKey = Annotated[str | None, idempotency_key_header("calibration")]
+IdempotencyKey = Annotated[str | None, CALIBRATIONS.key_header]
 
 _EXAMPLE = {"recordings": "measured", "bench": "heavy"}
 _TEXTS = DrawingTexts(
@@ -97,11 +96,10 @@ def _job_input(library: Library, body: CalibrationRequest) -> JobInput:
         recordings = library.recording(body.recordings)
         bench = body.bench or library.bench_of_recordings(recordings)
         require_signals(recordings, library.bench(bench))
-    job_input: JobInput = orjson.loads(orjson.dumps({
+    return {
         "recordings": body.recordings, "recordings_digest": recorded.digest,
         "machine": recorded.machine if isinstance(recorded, Runs) else None, "time_budget": body.time_budget,
-        **model_input(None if bench is None else library.bench(bench), body.model), **bench_input(library, bench)}))
-    return job_input
+        **model_input(None if bench is None else library.bench(bench), body.model), **bench_input(library, bench)}
 
 
 def drawn_calibration(id: CalibrationId, store: CalibrationStore) -> Drawn:
@@ -115,6 +113,4 @@ def drawn_calibration(id: CalibrationId, store: CalibrationStore) -> Drawn:
 
 
 add_job_routes(router, CALIBRATIONS)
-_drawings = APIRouter(prefix="/v1/calibrations/{id}", tags=["calibrations"], route_class=JsonRoute)
-add_drawing_routes(_drawings, CALIBRATIONS, _TEXTS, drawn_calibration)
-router.routes.extend(_drawings.routes)
+add_drawing_routes(router, CALIBRATIONS, _TEXTS, drawn_calibration)

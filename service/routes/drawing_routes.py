@@ -54,8 +54,8 @@ def add_drawing_routes(router: APIRouter, kind: JobKind[Job, Job], texts: Drawin
     name, errors = kind.name, error_responses(404, 409, 503)
     picture_path = picture_name_path(texts.names, *texts.example)
 
-    @router.get("/report", name=f"{name}_report", summary=f"Get the report of a {name}", response_class=HTMLResponse,
-                response_model=None, responses=errors | HTML_RESPONSE | NOT_MODIFIED,
+    @router.get("/{id}/report", name=f"{name}_report", summary=f"Get the report of a {name}",
+                response_class=HTMLResponse, response_model=None, responses=errors | HTML_RESPONSE | NOT_MODIFIED,
                 description=f"Return the report of a finished {name} as a single HTML page that needs no network "
                             f"access.\n\n{texts.report}")
     @computes
@@ -64,7 +64,7 @@ def add_drawing_routes(router: APIRouter, kind: JobKind[Job, Job], texts: Drawin
         client.require_change(*drawn.version)
         return HTMLResponse(drawings.made("page", drawn.request, name, *drawn.version))
 
-    @router.get("/pictures", name=f"{name}_pictures", summary=f"List the pictures of a {name}",
+    @router.get("/{id}/pictures", name=f"{name}_pictures", summary=f"List the pictures of a {name}",
                 response_model=PictureList, responses=errors,
                 description=f"Return the available pictures of a finished {name}, with titles and captions."
                             f"{texts.pictures}")
@@ -73,8 +73,8 @@ def add_drawing_routes(router: APIRouter, kind: JobKind[Job, Job], texts: Drawin
         titles = drawings.made("titles", drawn.request, name, *drawn.version)
         return picture_list(titles, f"{drawn.address}/pictures", drawn.query)
 
-    @router.get("/pictures/{name}", name=f"{name}_picture", summary=f"Get a picture of a {name}", response_model=None,
-                responses=errors | PICTURE_RESPONSE | NOT_MODIFIED,
+    @router.get("/{id}/pictures/{name}", name=f"{name}_picture", summary=f"Get a picture of a {name}",
+                response_model=None, responses=errors | PICTURE_RESPONSE | NOT_MODIFIED,
                 description="Return a picture as Vega-Lite (JSON), SVG or PNG, as selected by `format` or the Accept "
                             "header.")
     @computes

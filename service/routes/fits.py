@@ -4,7 +4,6 @@ from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
-import orjson
 from fastapi import APIRouter, Body, Depends, Query, Response
 
 from slipstick.black_box import BlackBoxDescription
@@ -22,12 +21,7 @@ from ..fit_schemas import Fit, FitList, FitRequest, FitResult, FitWithProgress
 from ..job_filter import JobFilter
 from ..job_kind import JobKind
 from ..job_store import JobInput, JobStore
-from ..jobs import (
-    bench_input,
-    idempotency_key_header,
-    job_filter,
-    submit,
-)
+from ..jobs import bench_input, job_filter, submit
 from ..routes.job_routes import add_job_routes
 from ..schemas import LibraryDependency, SettingsDependency
 
@@ -47,7 +41,7 @@ async def _fit_filter(jobs: Annotated[JobFilter, Depends(job_filter)], table: Ta
 
 
 FitId = Annotated[str, FITS.id_path]
-IdempotencyKey = Annotated[str | None, idempotency_key_header("fit")]
+IdempotencyKey = Annotated[str | None, FITS.key_header]
 
 _EXAMPLE = {"table": "nominal", "recordings": "measured",
             "settings": {"population": 24, "generations": 12, "seed": 1}}
@@ -90,11 +84,11 @@ def _job(library: Library, body: FitRequest, most_values: int) -> tuple[JobInput
     settings = complete_settings(body.settings.checked(), problem)
     cost = fit_cost(settings, problem, body.simulate)
     require_cost(cost, most_values)
-    job_input: JobInput = orjson.loads(orjson.dumps({
+    job_input = {
         "table": body.table, "table_digest": table.digest, "simulate": body.simulate, "parameters": parameters,
         "recordings": body.recordings, "recordings_digest": recordings.digest,
         "outside": body.outside, "settings": settings.to_dict(), "time_budget": body.time_budget,
-        **bench_input(library, bench)}))
+        **bench_input(library, bench)}
     if body.simulate and isinstance(table.model, BlackBoxDescription):
         return job_input, name_machine_queue(table.model.title)
     return job_input, queue_of(cost)

@@ -31,7 +31,7 @@ from ..front.page import FRESH, RELOAD, document, scripts
 from ..job_filter import ACTIVE, ENDED, JobFilter, Status
 from ..job_kind import JobKind
 from ..job_store import JobStore
-from ..jobs import JobStores, finished_job, job_id_path, output_of
+from ..jobs import JobStores, finished_job, output_of
 from ..machines import Machines, MachinesDependency
 from ..routes.calibrations import calibration_model, drawn_calibration
 from ..routes.drawing_routes import Drawn
@@ -51,7 +51,7 @@ _DRAWN: Mapping[str, Callable[[str, JobStore], Drawn]] = {
 
 def _add_pages(kind: JobKind[Listed, Active]) -> None:
     """Add the pages of the jobs of a kind."""
-    job_id = Annotated[str, job_id_path(kind.name)]
+    job_id = Annotated[str, kind.id_path]
 
     @router.get(f"/{kind.plural}/{{id}}", name=f"{kind.name}_page", response_class=HTMLResponse)
     def get_page(id: job_id, stores: JobStores, library: LibraryDependency, request: Request) -> HTMLResponse:

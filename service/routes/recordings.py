@@ -228,13 +228,10 @@ def entry(library: Library, name: str) -> RecordingsEntry:
     """Return the entry of a list of recordings, also of an invalid file."""
     href = f"/v1/recordings/{name}"
     try:
-        described = library.derive_from_recorded(name, _summarize)
+        return RecordingsEntry(name=name, href=href, **library.derive_from_recorded(name, _summarize))
     except SlipstickError as error:
         return RecordingsEntry(name=name, engagements=None, digest=None, description="", problem=str(error), href=href)
-    return described.model_copy(update={"name": name, "href": href})
 
 
-def _summarize(recordings: Recordings | Measurements | Runs) -> RecordingsEntry:
-    """Return the entry of recordings, without their name."""
-    return RecordingsEntry(name="", engagements=len(recordings), digest=recordings.digest,
-                           description=recordings.description, href="")
+def _summarize(recordings: Recordings | Measurements | Runs) -> dict[str, Any]:
+    return {"engagements": len(recordings), "digest": recordings.digest, "description": recordings.description}

@@ -17,7 +17,7 @@ from ..routes.drawing_routes import DrawingTexts, Drawn, add_drawing_routes
 from ..routes.fits import FITS, FitId, FitStore
 from ..schemas import LibraryDependency
 
-router = APIRouter(prefix="/v1/fits/{id}", tags=["reports"], route_class=JsonRoute)
+router = APIRouter(prefix="/v1/fits", tags=["reports"], route_class=JsonRoute)
 
 _EQUAL_INPUTS = ("recordings_digest", "table_digest", "simulate", "parameters", "outside")
 _EQUAL_SETTINGS = ("families", "correlated", "mean_bounds", "std_bounds", "output_std_bounds", "refine")

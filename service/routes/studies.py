@@ -3,7 +3,6 @@
 from dataclasses import asdict
 from typing import Annotated, Literal
 
-import orjson
 from fastapi import APIRouter, Body, Query, Response
 
 from slipstick.errors import InvalidValue
@@ -17,15 +16,7 @@ from ..computations import computes
 from ..error_responses import error_responses
 from ..job_kind import JobKind
 from ..job_store import JobInput, JobStore
-from ..jobs import (
-    bench_input,
-    finished_job,
-    idempotency_key_header,
-    is_of_machine,
-    output_of,
-    require_complete,
-    submit,
-)
+from ..jobs import bench_input, finished_job, is_of_machine, output_of, require_complete, submit
 from ..routes.job_routes import add_job_routes
 from ..schemas import LibraryDependency
 from ..study_schemas import FinishedStudy, ModelSpec, Study, StudyList, StudyRequest, StudyWithProgress
@@ -41,7 +32,7 @@ STUDIES = JobKind(
     bench_links=("model",))
 StudyStore = Annotated[JobStore, STUDIES.store]
 StudyId = Annotated[str, STUDIES.id_path]
-IdempotencyKey = Annotated[str | None, idempotency_key_header("study")]
+IdempotencyKey = Annotated[str | None, STUDIES.key_header]
 
 _EXAMPLE = {"recordings": "measured", "settings": {"level": 0.9, "seed": 1}}
 
@@ -103,10 +94,9 @@ def _job_input(library: Library, body: StudyRequest) -> JobInput:
                            "declared machine", "Omit `engine`; the settings of a bench are `settings`")
     bench = body.bench or library.bench_of_recordings(recordings)
     scene_of(library.bench(bench), recordings, body.settings.naming)
-    job_input: JobInput = orjson.loads(orjson.dumps({
+    return {
         "recordings": body.recordings, "recordings_digest": recordings.digest, "settings": asdict(body.settings),
-        "time_budget": body.time_budget, **bench_input(library, bench)}))
-    return job_input
+        "time_budget": body.time_budget, **bench_input(library, bench)}
 
 
 add_job_routes(router, STUDIES)

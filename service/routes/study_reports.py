@@ -12,7 +12,7 @@ from ..routes.drawing_routes import DrawingTexts, Drawn, add_drawing_routes
 from ..routes.studies import STUDIES, StudyId, StudyStore
 from ..routes.study_fits import StudyFits
 
-router = APIRouter(prefix="/v1/studies/{id}", tags=["studies"], route_class=JsonRoute)
+router = APIRouter(prefix="/v1/studies", tags=["studies"], route_class=JsonRoute)
 
 _TEXTS = DrawingTexts(
     report="The report begins with what to do: what to add to the model with its numbers, where that holds, files of "

@@ -211,18 +211,15 @@ def entry(library: Library, name: str) -> TableEntry:
     """Return the entry of a list of tables, also of an invalid file."""
     href = f"/v1/tables/{name}"
     try:
-        described = library.derive_from_table(name, _summarize)
+        return TableEntry(name=name, href=href, **library.derive_from_table(name, _summarize))
     except SlipstickError as error:
         return TableEntry(name=name, kind=None, axes=[], shape=[], digest=None, problem=str(error), href=href)
-    return described.model_copy(update={"name": name, "href": href})
 
 
-def _summarize(table: Table) -> TableEntry:
-    """Return the entry of a table, without its name."""
-    return TableEntry(name="", kind=table.kind, axes=[axis.name for axis in table.axes],
-                      shape=[*(len(knots) for knots in table.knots or ()), len(table.conditions)],
-                      error=_error(table.error) if isinstance(table, Surrogate) else None, digest=table.digest,
-                      href="")
+def _summarize(table: Table) -> dict[str, Any]:
+    return {"kind": table.kind, "axes": [axis.name for axis in table.axes], "digest": table.digest,
+            "shape": [*(len(knots) for knots in table.knots or ()), len(table.conditions)],
+            "error": _error(table.error) if isinstance(table, Surrogate) else None}
 
 
 def _statuses(table: Grid) -> StatusCounts:
