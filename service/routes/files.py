@@ -45,8 +45,7 @@ def rename_table(name: TableNamePath, body: Renaming, library: LibraryDependency
     The new address is in the header Location. Finished fits of the table keep its former name, and its digest. The
     report of a study can compare them once the table has that name again.
     """
-    _require_idle(name, JobFilter(table=name), stores)
-    _rename(library, "table", name, body.name)
+    _rename("table", name, body.name, JobFilter(table=name), library, stores)
     response.headers["Location"] = f"/v1/tables/{body.name}"
     return tables.entry(library, body.name)
 
@@ -58,8 +57,7 @@ def rename_recordings(name: RecordingsNamePath, body: Renaming, library: Library
 
     The new address is in the header Location. Results of the recordings keep their former name, and their digest.
     """
-    _require_idle(name, JobFilter(recordings=name), stores)
-    _rename(library, "recordings file", name, body.name)
+    _rename("recordings file", name, body.name, JobFilter(recordings=name), library, stores)
     response.headers["Location"] = f"/v1/recordings/{body.name}"
     return recordings.entry(library, body.name)
 
@@ -71,8 +69,7 @@ def rename_bench(name: BenchNamePath, body: Renaming, library: LibraryDependency
 
     The new address is in the header Location. Results on the bench keep its former name, and its digests.
     """
-    _require_idle(name, JobFilter(bench=name), stores)
-    _rename(library, "bench", name, body.name)
+    _rename("bench", name, body.name, JobFilter(bench=name), library, stores)
     response.headers["Location"] = f"/v1/benches/{body.name}"
     return benches.entry(library, body.name)
 
@@ -85,8 +82,7 @@ def delete_table(name: TableNamePath, library: LibraryDependency, stores: JobSto
     Without `force` it is also 409 if there are finished fits with it. Their results stay available, but no report of
     a study can include them any more.
     """
-    _require_unused(name, JobFilter(table=name), force, stores)
-    library.remove("table", name)
+    _delete("table", name, JobFilter(table=name), force, library, stores)
 
 
 @router.delete("/recordings/{name}", summary="Delete recordings", status_code=204, tags=["recordings"],
@@ -97,8 +93,7 @@ def delete_recordings(name: RecordingsNamePath, library: LibraryDependency, stor
 
     Without `force` it is also 409 if there are finished jobs of it. Their results stay available.
     """
-    _require_unused(name, JobFilter(recordings=name), force, stores)
-    library.remove("recordings file", name)
+    _delete("recordings file", name, JobFilter(recordings=name), force, library, stores)
 
 
 @router.delete("/benches/{name}", summary="Delete a bench", status_code=204, tags=["benches"],
@@ -108,25 +103,28 @@ def delete_bench(name: BenchNamePath, library: LibraryDependency, stores: JobSto
 
     Without `force` it is also 409 if there are finished jobs on it. Their results and its tables stay available.
     """
-    _require_unused(name, JobFilter(bench=name), force, stores)
-    library.remove("bench", name)
+    _delete("bench", name, JobFilter(bench=name), force, library, stores)
 
 
-def _rename(library: Library, kind: FileKind, name: str, new: str) -> None:
-    """Rename a file; raises `Conflict` if the new name is taken."""
+def _rename(kind: FileKind, name: str, new: str, users: JobFilter, library: Library,
+            stores: Mapping[str, JobStore]) -> None:
+    """Rename a file; raises `Conflict` if one of its `users` has not ended, or if the new name is taken."""
+    _require_idle(name, users, stores)
     try:
         library.rename(kind, name, new)
     except FileExistsError:
         raise Conflict(f"A file named '{new}' already exists", "Choose another name") from None
 
 
-def _require_unused(name: str, users: JobFilter, force: bool, stores: Mapping[str, JobStore]) -> None:
+def _delete(kind: FileKind, name: str, users: JobFilter, force: bool, library: Library,
+            stores: Mapping[str, JobStore]) -> None:
     _require_idle(name, users, stores)
     count, example = _count_users(replace(users, status=["done"]), stores)
     if count and not force:
         raise Conflict(f"There are results of {plural(count, 'finished job')} with '{name}', such as {example}",
                        f"Delete these jobs first (DELETE {example}), or repeat the request with ?force=true, which "
                        "keeps the results")
+    library.remove(kind, name)
 
 
 def _require_idle(name: str, users: JobFilter, stores: Mapping[str, JobStore]) -> None:
