@@ -78,6 +78,9 @@ def _add_pages(kind: JobKind[Listed, Active]) -> None:
 
         return EventStream(following, f"{store.address}/{id}/live", state, last)
 
+    if kind.name not in _DRAWN:
+        return
+
     @router.get(f"/{kind.plural}/{{id}}/pictures", name=f"{kind.name}_pictures_page", response_class=HTMLResponse)
     @computes
     def get_pictures(id: job_id, stores: JobStores, drawings: DrawingsDependency) -> HTMLResponse:

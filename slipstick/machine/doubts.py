@@ -20,12 +20,23 @@ def list_doubts(runs: Runs, machine: Machine, ranges: Sequence[SignalRange]) -> 
 
     `ranges` are those of the signals there.
     """
-    return [*_doubt_sizes(runs, machine), *_doubt_signals(runs, ranges)]
+    return [*_doubt_clock(runs, machine), *_doubt_sizes(runs, machine), *_doubt_signals(runs, ranges)]
 
 
 def describe_span(values: np.ndarray, unit: str) -> str:
     """Return the least and the largest of values in words."""
     return f"{np.min(values):.4g} to {np.max(values):.4g} {raised(unit)}".rstrip()
+
+
+def _doubt_clock(runs: Runs, machine: Machine) -> Iterator[str]:
+    """A clock whose step and length both are of another order than those of the machine's experiments, to one side."""
+    length = float(runs.time[-1] - runs.time[0])
+    ratios = [recorded / declared for recorded, declared in ((length, machine.duration), (runs.step, machine.step))
+              if declared > 0]
+    if len(ratios) == 2 and (min(ratios) >= _OTHER_ORDER or max(ratios) <= 1 / _OTHER_ORDER):
+        yield (f"The runs last {length:.4g} s in steps of {runs.step:.4g} s, and experiments of the machine "
+               f"{machine.duration:.4g} s in steps of {machine.step:.4g} s. Check the unit of time, which is s in "
+               "`duration`, `step` and rates of the machine")
 
 
 def _doubt_sizes(runs: Runs, machine: Machine) -> Iterator[str]:

@@ -32,7 +32,7 @@ from slipstick.report.study.todo import (
     find_weakest,
     say_take_over,
 )
-from slipstick.report.study.words import between, many
+from slipstick.report.study.words import between, digits_between, many
 from slipstick.report.words import listed
 from slipstick.studies.finding import Coefficient, Paired
 from slipstick.studies.record import from_dict
@@ -396,7 +396,7 @@ def _state_value(estimate: Coefficient | MachineParameter, remark: str = "",
                  at_bound: bool = False) -> tuple[str, str]:
     """Return a value and its interval with their unit."""
     unit = units.raised(estimate.unit)
-    return (units.with_unit(units.fixed(estimate.value, 4), unit),
+    return (units.with_unit(units.fixed(estimate.value, digits_between(estimate.lower, estimate.upper)), unit),
             between(estimate.lower, estimate.upper, unit, at_bound) + remark)
 
 

@@ -358,6 +358,7 @@ def test_a_job_links_to_the_files_that_are_still_there(serving_jobs: Any, tmp_pa
         assert 'href="/tables/gone"' not in page
         assert "The build “built” is removed for everybody with its result, and cannot" in text(page)
         assert "there is no table; the runs that are done are kept" in text(client.get("/benches/heavy").text)
+        problem(client.get("/builds/built/pictures"), 404)
 
 
 def test_a_page_says_that_the_service_no_longer_answers(folder: Path, serving: Any, screen: webdriver.Chrome) -> None:

@@ -1,5 +1,7 @@
 """Names and numbers of a study in words."""
 
+from math import floor, inf, log10
+
 from slipstick.clutch.effects import Effect
 from slipstick.pictures import units
 from slipstick.pictures.theme import in_words
@@ -34,8 +36,16 @@ def coefficient_row(coefficient: Coefficient, effect: Effect | None) -> tuple[st
 
 def between(lower: float, upper: float, unit: str, at_bound: bool = False) -> str:
     """Both ends of an interval; "–" for one of an estimate `at_bound` that has no width."""
-    low, high = units.fixed(lower, 4), units.fixed(upper, 4)
-    return "–" if at_bound and low == high else units.with_unit(f"{low} to {high}", unit)
+    if at_bound and units.fixed(lower, 4) == units.fixed(upper, 4):
+        return "–"
+    digits = digits_between(lower, upper)
+    return units.with_unit(f"{units.fixed(lower, digits)} to {units.fixed(upper, digits)}", unit)
+
+
+def digits_between(lower: float, upper: float) -> int:
+    """Significant digits, four or more, in which the ends of an interval differ."""
+    size, width = max(abs(lower), abs(upper)), upper - lower
+    return max(4, 2 + floor(log10(size / width))) if 0 < width < size < inf else 4
 
 
 def describe_closure(closure: Closure) -> str:

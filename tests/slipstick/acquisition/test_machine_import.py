@@ -454,6 +454,16 @@ def test_a_signal_of_another_order_than_in_the_experiments_of_the_machine_is_dou
                     ranges=simulate_ranges(DRIVEN)).doubts == doubts
 
 
+@pytest.mark.parametrize(("duration", "step", "expected"), [
+    (1e3, 1.0, 1), (1e-3, 1e-6, 1), (1.0, 1e-3, 0), (1e3, 1e-3, 0), (1.0, 1.0, 0)])
+def test_a_clock_of_another_order_than_that_of_experiments_is_doubted(
+        duration: float, step: float, expected: int) -> None:
+    """Runs of another length, or with other steps, are none: a unit of time changes both."""
+    machine = replace(DRIVEN, duration=duration, step=step)
+    doubts = imported(recording(), text=edited("mm/s", "mm/s"), machine=machine).doubts
+    assert sum("Check the unit of time" in doubt for doubt in doubts) == expected
+
+
 @pytest.mark.parametrize(("lowest", "highest", "doubted"), [(-5.0, -1.0, True), (-5.0, 0.3, True), (-5.0, 1.0, False),
                                                             (0.0, 5.0, False)])
 def test_a_signal_on_the_other_side_of_zero_is_doubted(lowest: float, highest: float, doubted: bool) -> None:

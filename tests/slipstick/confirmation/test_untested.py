@@ -61,7 +61,7 @@ def dense(fit: SimulationFit, column: np.ndarray) -> float:
 
     As the linear mixed model has it, by generalized least squares with the priors as observations.
     """
-    block, about, variance = fit.block, About(fit.block, fit.fitted), np.diag(fit.fitted.variance)
+    block, about, variance = fit.block, About(fit.block, fit.fitted).columns, np.diag(fit.fitted.variance)
     std = np.append(np.minimum(block.random_std, 0.3), 3.0)
     information, pull, parts = np.diag(1 / std**2), np.zeros(len(std)), []
     for own, new, z, counted in zip(about.own, column, about.z, block.counted, strict=True):

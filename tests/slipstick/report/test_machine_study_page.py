@@ -102,6 +102,9 @@ def test_a_finding_without_a_law_has_its_time_or_is_to_be_looked_for() -> None:
                     coefficients=[Coefficient("time", "s", 0.012, 0.0114, 0.0126, at_bound=False)])
     table = next(part for part in advise(make_result(known)).parts if isinstance(part, Table))
     assert table.rows == [("time", "12.00 ms", "11.40 to 12.60 ms", "not in the model")]
+    exact = replace(known, coefficients=[Coefficient("time", "s", 0.012, 0.0119998, 0.0120002, at_bound=False)])
+    table = next(part for part in advise(make_result(exact)).parts if isinstance(part, Table))
+    assert table.rows == [("time", "12.0000 ms", "11.9998 to 12.0002 ms", "not in the model")]
 
 
 def test_nothing_is_to_be_added_or_taken_over_from_a_fit_that_has_not_converged() -> None:
@@ -180,7 +183,7 @@ def test_an_interval_without_width_at_a_bound_is_left_out() -> None:
     dry, = make_result().parameters
     narrow = replace(dry, value=0.029, lower=0.028999, upper=0.029001, beyond=True)
     table = tabulate_parameters([narrow, replace(narrow, beyond=False), replace(dry, beyond=True)])
-    assert [row[3] for row in table.rows] == ["–", "0.02900 to 0.02900 N m", "0.02800 to 0.03000 N m"]
+    assert [row[3] for row in table.rows] == ["–", "0.0289990 to 0.0290010 N m", "0.02800 to 0.03000 N m"]
 
 
 def test_a_column_of_remarks_is_left_out_where_all_are_empty() -> None:

@@ -108,7 +108,7 @@ def test_the_page_begins_with_what_to_do(studied: Studied, reading: Read) -> Non
     nominal = alpha / (1 + mean)
     ends = [alpha + sign * 1.6449 * error * nominal for sign in (-1, 1)]
     assert f"{alpha:.4g} N m/bar" in box
-    assert f"{ends[0]:.4g} to {ends[1]:.4g} N m/bar" in box
+    assert f"{ends[0]:.5g} to {ends[1]:.5g} N m/bar" in box
     assert f"{nominal:#.4g} N m/bar" in box
     speeds = figures.conditions["motor_speed"] or []
     assert f"motor speed {min(speeds):.4g} to {max(speeds):.4g} rad/s" in box
