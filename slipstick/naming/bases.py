@@ -20,14 +20,25 @@ def doubled(knots: int, times: int) -> int:
 
 def from_zero(x: np.ndarray, seen: np.ndarray, count: int) -> np.ndarray:
     """Knots (count,) for a quantity with a natural zero, closer near it, over values x where `seen`, both (n, k)."""
-    top = float(np.quantile(x[seen], 1 - _OUTERMOST)) if seen.any() else 1.0
-    return np.asarray(max(top, _NARROWEST) * np.linspace(0, 1, count) ** 2)
+    return np.asarray(max(_reach(x, seen)[1], _NARROWEST) * np.linspace(0, 1, count) ** 2)
 
 
 def evenly(x: np.ndarray, seen: np.ndarray, count: int) -> np.ndarray:
     """Knots (count,) at equal distances over the values x where `seen`, both (n, k)."""
-    low, high = np.quantile(x[seen], [_OUTERMOST, 1 - _OUTERMOST]) if seen.any() else (0.0, 1.0)
+    low, high = _reach(x, seen)
     return np.linspace(low, max(high, low + _NARROWEST), count)
+
+
+def _reach(x: np.ndarray, seen: np.ndarray) -> tuple[float, float]:
+    """The outermost values of x where `seen` that two runs reach: what one alone reaches, no other can confirm."""
+    if not seen.any():
+        return 0.0, 1.0
+    low, high = np.quantile(x[seen], [_OUTERMOST, 1 - _OUTERMOST])
+    runs = seen.any(axis=1)
+    if runs.sum() > 1:
+        low = max(low, np.sort(np.where(seen, x, np.inf)[runs].min(axis=1))[1])
+        high = min(high, np.sort(np.where(seen, x, -np.inf)[runs].max(axis=1))[-2])
+    return float(low), float(high)
 
 
 def supported(knots: np.ndarray, x: np.ndarray, seen: np.ndarray) -> np.ndarray:

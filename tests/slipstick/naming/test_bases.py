@@ -1,5 +1,7 @@
 """Bases of free laws, and the filters of columns against the integrators of SciPy, slow loops and a dense smoother."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -44,6 +46,14 @@ def test_knots_lie_over_what_is_seen_and_a_few_odd_samples_do_not_move_them() ->
         assert knots[-1] == pytest.approx(10, abs=0.05)
     np.testing.assert_allclose(np.diff(np.sqrt(from_zero(x, seen, 6))), np.sqrt(from_zero(x, seen, 9)[-1]) / 5)
     np.testing.assert_allclose(np.diff(evenly(x, seen, 4), 2), 0, atol=1e-12)
+
+
+@pytest.mark.parametrize("place", [from_zero, evenly])
+def test_no_knot_is_where_one_run_is_alone(place: Callable[..., np.ndarray]) -> None:
+    """A coefficient that no other run tells is 0 in what the others expect of that run."""
+    x = np.linspace(0, np.array([4.0, 5.0, 6.0, 9.0]), 200, axis=1)
+    assert place(x, np.ones(x.shape, bool), 5)[-1] == pytest.approx(6)
+    assert place(x[3:], np.ones((1, 200), bool), 5)[-1] == pytest.approx(9, rel=1e-2)
 
 
 @pytest.mark.parametrize("place", [from_zero, evenly])
