@@ -66,6 +66,7 @@ def test_means_and_scatter_are_recovered_from_the_nominal_start(bench: Bench, ev
         assert found.noise_correlation[name] == pytest.approx(0.3, abs=0.06)
 
 
+@pytest.mark.slow
 def test_no_scatter_is_found_where_there_is_none_and_intervals_are_narrow() -> None:
     none, some = calibrated(COMPACT, 6, 0.0), calibrated(COMPACT, 6)
     assert np.all(multiples(none, none.scatter) < 0.1 * SCATTER)

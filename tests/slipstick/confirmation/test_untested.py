@@ -131,6 +131,7 @@ def test_shifting_times_of_the_model_show_nothing(times: SimulationFit) -> None:
         assert np.all(np.abs(one.change) < 5 * np.array(one.error))
 
 
+@pytest.mark.slow
 def test_a_study_of_shifting_times_says_what_can_be_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(explanations_module, "_FITTED", 1)
     settings, whole = StudySettings(), only(NOMINAL)

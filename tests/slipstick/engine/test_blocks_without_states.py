@@ -53,6 +53,7 @@ def test_an_error_of_the_input_over_its_signal_and_a_law_over_the_output_say_the
     assert not answer.unexplained
 
 
+@pytest.mark.slow
 def test_a_law_over_the_input_is_named_where_others_are_excluded() -> None:
     recorded = prepare(declare(without=("read", "given")), record(1.0))
     assert identify(recorded).findings[0].pair == ("excess", "read")

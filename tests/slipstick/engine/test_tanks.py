@@ -92,6 +92,7 @@ def test_an_effect_in_so_few_runs_that_these_may_be_bad_sets_them_aside_and_name
     assert not answer.unexplained
 
 
+@pytest.mark.slow
 def test_an_offset_of_a_sensor_is_in_the_level_at_which_a_run_begins_and_named_alone() -> None:
     runs = record("none")[0]
     off = replace(runs, signals={**runs.signals, "level 2": runs.signals["level 2"] + 0.1})

@@ -204,6 +204,7 @@ def test_a_delay_that_changes_is_not_named_beside_another_law_of_the_valve() -> 
     assert may(("line pressure", "slip"), ("pressure sensor", "lag"))
 
 
+@pytest.mark.slow
 def test_a_load_torque_over_the_current_is_no_other_one() -> None:
     law = MeasuredLaw(*RARE, (0.0, 0.3, 0.45, 0.6), (0.0, 0.0, 60.0, 20.0), relative=False)
     block = block_of("load", scene_of(HEAVY, Model(HEAVY.physics).with_law(law), COUNT, SEED))
