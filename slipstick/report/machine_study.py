@@ -178,11 +178,11 @@ def _advise_finding(finding: MachineFinding, result: MachineStudyResult, prefix:
         what, text = "Do not add:", f"{name}. The simulation of the whole machine is no better with it."
     else:
         is_early, of_sensor = bool(_list_reasons(finding, result)), subject(finding) != finding.quantity
+        is_by_hand = law is None and finding.equation is None
         what = ("Do not correct yet:" if is_early else "Correct or model:") if of_sensor else (
-            "Do not add yet:" if is_early else "Add:")
-        by_law = f"{name}, as the measured law." if law is not None else \
-            f"{name}. Look for it by hand: the recordings show it, and no equation of it is known."
-        text = by_law if finding.equation is None else \
+            "Do not add yet:" if is_early else "Add by hand:" if is_by_hand else "Add:")
+        text = f"{name}: the recordings show it, and no equation of it is known." if is_by_hand else \
+            f"{name}, as the measured law." if finding.equation is None else \
             f"{name}: {units.raised(finding.equation)}{_describe_zero(finding)}."
         if of_sensor:
             text += " Correct the sensor or its channel in the recordings, or add the error to the model."

@@ -93,8 +93,9 @@ def test_a_finding_without_a_law_has_its_time_or_is_to_be_looked_for() -> None:
     advice = dict(tell_advice(result))
     by_law, by_hand = advice["1. Add:"], advice["2. Correct or model:"]
     assert by_law == "friction torque that depends on the speed, as the measured law."
-    assert by_hand == ("lag of the current sensor. Look for it by hand: the recordings show it, and no equation of it "
-                       "is known. Correct the sensor or its channel in the recordings, or add the error to the model.")
+    assert by_hand == ("lag of the current sensor: the recordings show it, and no equation of it is known. Correct "
+                       "the sensor or its channel in the recordings, or add the error to the model.")
+    assert "Add by hand:" in dict(tell_advice(make_result(make_finding(FRICTION, "shaft"))))
     contested = dict(tell_advice(make_result(make_finding(LAG, "winding", PAST))))
     assert contested["Do not correct yet:"].endswith(
         "Record first what tells it apart from voltage that depends on the past voltage.")
