@@ -40,7 +40,7 @@ $(VENV)/.compiled: $(VENV)/.stamp $(shell find slipstick worker -name '*.py')
 	  $(BIN)/python -m pytest --collect-only --quiet > /dev/null && wait
 	@touch $@
 
-test: setup ## ruff, mypy and the tests (five minutes on two cores)
+test: setup ## ruff, mypy and the tests (five and a half minutes on two cores)
 	@$(MAKE) --no-print-directory --jobs 2 lint $(VENV)/.compiled
 	@$(ONE_THREAD) $(BIN)/python -m pytest --numprocesses auto --dist loadfile --durations=10
 
