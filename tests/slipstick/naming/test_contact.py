@@ -190,7 +190,7 @@ def test_without_samples_after_lock_up_all_are_taken_for_slip() -> None:
 CLOSING, CLOSING_SEED, SETTINGS = 24, 5, NamingSettings()
 HEAT, RUN_ORDER = ("friction coefficient", "heat"), ("friction coefficient", "run order")
 AT = np.linspace(0, 6.0, 16)  # kJ
-WAVE = MeasuredLaw(*HEAT, tuple(AT), tuple(0.1 * np.sin(AT * 2 * np.pi / 2.4)), relative=True)
+WAVE = MeasuredLaw(*HEAT, tuple(AT), tuple(0.1 * np.sin(AT * 2 * np.pi / 3.6)), relative=True)
 
 
 @cache
@@ -246,7 +246,6 @@ def test_a_fit_begins_again_with_the_laws_that_the_one_with_a_further_law_has(mo
     assert evidence_of(again) > evidence_of(early) + 100 * SETTINGS.nats
 
 
-@pytest.mark.slow
 def test_laws_of_full_contact_stay_as_far_as_the_clutch_asks_for_them_beside_those_of_the_piston() -> None:
     _, now = coarse(HEAT, RUN_ORDER)
     named = [Finding(("contact",), pair, np.ones(CLOSING)) for pair in (HEAT, RUN_ORDER)]
