@@ -70,10 +70,8 @@ def open_measured(model: Subject, arguments: argparse.Namespace) -> Measured:
     if arguments.bench is not None:
         raise InvalidValue(f"--bench is a clutch, and what is simulated is another machine, {model.title}",
                            "Leave it out")
-    if path.suffix == ".csv":
-        return Measurements.read_csv(path.read_bytes(), model)
     if not holds_runs(path):
-        return Measurements.read(path)
+        return Measurements.open(path, model)
     if arguments.machine is None:
         raise InvalidValue(f"'{path.name}' holds recorded runs, from whose signals the output is computed",
                            "Give the file that declares the machine as --machine FILE")

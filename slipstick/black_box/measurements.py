@@ -11,7 +11,7 @@ import numpy as np
 
 from slipstick.black_box.cases import Cases
 from slipstick.black_box.description import BlackBoxDescription, Quantity
-from slipstick.errors import BadRecording
+from slipstick.errors import BadRecording, UnknownName
 from slipstick.storage.hdf5 import reading, text
 from slipstick.storage.sheet import Sheet
 
@@ -48,6 +48,17 @@ class Measurements:
         hashed = hashlib.sha256(f"{self.conditions.digest} {self.output.name} [{self.output.unit}]\n".encode())
         hashed.update(np.ascontiguousarray(self.measured_time, dtype="<f8").data)
         return hashed.hexdigest()
+
+    @classmethod
+    def open(cls, path: Path, machine: BlackBoxDescription) -> "Measurements":
+        """Read the `.csv` file of measurements of `machine` at `path`, or the HDF5 file that `to_bytes` wrote.
+
+        Raises `BadRecording`, and `UnknownName` if the file does not exist.
+        """
+        if not path.is_file():
+            raise UnknownName.of("file of measurements", path.name, [
+                other.name for other in path.parent.glob("*") if other.suffix in (".csv", ".h5")])
+        return cls.read_csv(path.read_bytes(), machine) if path.suffix == ".csv" else cls.read(path)
 
     @classmethod
     def read_csv(cls, content: bytes, machine: BlackBoxDescription) -> "Measurements":

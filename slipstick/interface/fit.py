@@ -171,7 +171,7 @@ def fit(simulator: TableLike | Bench | BlackBox, recordings: RecordingsLike | Me
         What computes the output: a table, or the path of its file, is interpolated; a bench or a black box is
         simulated, which takes longer and lets any parameter be uncertain.
     recordings : Recordings, Measurements, Runs, str or Path
-        The measured shifting times, the name or the path of a file with them, or outputs of the black box; of a
+        The measured shifting times, or outputs of the black box, or the name or the path of a file with them; of a
         declared machine that is simulated also its recorded runs.
     parameters : str or sequence of str, optional
         Names of the uncertain inputs; by default all axes of a table. All others keep their nominal values.

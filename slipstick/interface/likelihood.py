@@ -141,7 +141,7 @@ def likelihood(table: TableLike, recordings: Measured | Path | str, mean: float 
     table : Table, Path or str
         The table, a grid or a surrogate, or the path of its file.
     recordings : Recordings, Measurements, str or Path
-        The measured shifting times, the name or the path of a file with them, or outputs of a black box.
+        The measured shifting times, or outputs of a black box, or the name or the path of a file with them.
     mean, std, families, mixing, correlation, support
         The distributions of the inputs, as in `slipstick.propagate`.
     output_std : float or str
@@ -183,7 +183,8 @@ def likelihood(table: TableLike, recordings: Measured | Path | str, mean: float 
     if output_std is None:
         raise InvalidValue("The output noise is not given",
                            "Give as `output_std` its standard deviation in the unit of the output, such as 0.01 s")
-    recordings, opened = measured_of(recordings), open_table(table)
+    opened = open_table(table)
+    recordings = measured_of(recordings, opened)
     inputs = table_inputs(opened, mean, std, families, mixing, correlation, support)
     candidate = Candidate(inputs, in_unit_of(output_std, opened.output.unit, "output_std"))
     expansion = ExpansionSettings(order, norm, rule, nodes, 0, runs, seed)

@@ -11,14 +11,15 @@ from typing import Any, ClassVar, Self, get_args
 
 import numpy as np
 
+from slipstick.bench import Bench
 from slipstick.bench.conditions import CONDITION_UNITS
-from slipstick.black_box import BlackBox, Measurements, measure_runs
+from slipstick.black_box import BlackBox, BlackBoxDescription, Measurements, measure_runs
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.inference.problems import Measured
 from slipstick.interface.frames import data_frame
 from slipstick.interface.models import describe
 from slipstick.interface.result import Result
-from slipstick.machine import Runs
+from slipstick.machine import Runs, holds_runs, read_runs
 from slipstick.pictures.conditions import described
 from slipstick.recordings import Recordings
 from slipstick.table import Outside, Table
@@ -38,19 +39,26 @@ def open_table(given: TableLike) -> Table:
     return table
 
 
-def measured_of(given: Measured | Runs | Path | str, machine: object = None) -> Measured:
-    """Recordings or measurements that are `given`, recordings of a name or a file, or what runs of a `machine` measure.
+def measured_of(given: Measured | Runs | Path | str, simulator: Table | Bench | BlackBox) -> Measured:
+    """Recordings or measurements that are `given` or in a file, or what runs of a black box measure.
 
-    Raises `InvalidValue` and `BadRecording`.
+    What a file has depends on what the `simulator` is of. Raises `InvalidValue`, `UnknownName` and `BadRecording`.
     """
-    if isinstance(given, Runs) and isinstance(machine, BlackBox):
-        return measure_runs(given, machine)
-    measured = Recordings.open(given) if isinstance(given, Path | str) else given
+    measured = _open_measured(Path(given), simulator) if isinstance(given, Path | str) else given
+    if isinstance(measured, Runs) and isinstance(simulator, BlackBox):
+        return measure_runs(measured, simulator)
     if not isinstance(measured, Recordings | Measurements):
         raise InvalidValue(f"{describe(given)} is not recordings",
                            "Give Recordings, their name or path, or Measurements of a black box, those of runs by "
                            "slipstick.black_box.measure_runs")
     return measured
+
+
+def _open_measured(path: Path, simulator: Table | Bench | BlackBox) -> Recordings | Measurements | Runs:
+    machine = simulator.model if isinstance(simulator, Table) else getattr(simulator, "description", None)
+    if not isinstance(machine, BlackBoxDescription):
+        return Recordings.open(path)
+    return read_runs(path) if holds_runs(path) else Measurements.open(path, machine)
 
 
 def table_name(given: TableLike) -> str:

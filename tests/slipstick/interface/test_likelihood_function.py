@@ -10,7 +10,7 @@ from scipy.stats import norm
 import slipstick
 from slipstick.black_box import BlackBoxDescription, Cases, Measurements, Quantity
 from slipstick.black_box.description import Input
-from slipstick.errors import InvalidValue, OutsideTable, SlipstickError
+from slipstick.errors import InvalidValue, OutsideTable, SlipstickError, UnknownName
 from slipstick.interface.likelihood import Likelihood, likelihood
 from slipstick.recordings import Recordings
 from slipstick.table import Axis, Grid
@@ -61,7 +61,7 @@ def test_dependent_inputs_have_the_spread_of_their_covariance(table: Path) -> No
     np.testing.assert_allclose(result.log10_density, expected, atol=5e-3)
 
 
-def test_measurements_of_another_machine_are_taken_in_their_unit() -> None:
+def test_measurements_of_another_machine_are_taken_in_their_unit(tmp_path: Path) -> None:
     machine = BlackBoxDescription("Spring", (Input("stiffness", "N/m", 100.0, 0.5, 1.5),), (Quantity("load", "N"),),
                                   Quantity("travel", "mm"), "")
     cases = Cases(machine.columns, np.array([[1.0], [2.0]]))
@@ -73,6 +73,12 @@ def test_measurements_of_another_machine_are_taken_in_their_unit() -> None:
     np.testing.assert_allclose(result.log10_density, expected, atol=5e-3)
     assert list(result.columns) == ["condition", "load [N]", "travel [mm]", "log10_density"]
     assert "per 0.001 mm" in result.summary()[0]
+    for name, content in (("a.csv", b"load [N],travel [m]\n1,0.0021\n2,0.0039\n"), ("a.h5", measured.to_bytes())):
+        (tmp_path / name).write_bytes(content)
+        assert likelihood(grid, tmp_path / name, 1.0, 0.1, 0.05).log10_likelihood == pytest.approx(
+            result.log10_likelihood, rel=1e-12)
+    with pytest.raises(UnknownName, match=r"There is no file of measurements 'b.csv'\. .*Known: a.csv, a.h5"):
+        likelihood(grid, str(tmp_path / "b.csv"), 1.0, 0.1, 0.05)
     with pytest.raises(InvalidValue, match=r"The measurements are of way \[m\]"):
         likelihood(grid, Measurements(cases, measured.measured_time, Quantity("way", "m")), 1.0, 0.1, 0.05)
     with pytest.raises(InvalidValue, match=r"travel is 3900 mm in the median .*Check the unit of the measured travel"):
