@@ -15,7 +15,7 @@ from dbos import DBOS, DBOSClient, WorkflowStatus, error
 from slipstick.errors import InvalidValue, UnknownName
 from slipstick.storage.database import open_database
 
-from .job_filter import STATUS, JobFilter
+from .job_filter import ACTIVE, STATUS, JobFilter
 from .job_table import JobTable
 from .problem_details import Conflict
 
@@ -101,7 +101,8 @@ class JobStore:
 
     def cancel(self, id: str) -> None:
         """Cancel the job unless it has ended; the worker ends its computation within a second."""
-        self.client.cancel_workflow(self.find(id).workflow_id)
+        if STATUS[self.find(id).status] in ACTIVE:  # the time at which a cancelled job ended would become the present
+            self.client.cancel_workflow(id)
 
     def delete(self, id: str) -> None:
         """Delete the job with its progress and result."""
