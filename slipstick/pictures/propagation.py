@@ -65,7 +65,8 @@ def draw(answer: Mapping[str, Any], probabilities: Sequence[float], conditions: 
     return theme.picture(
         summarize(answer),
         (f"Lines: quantiles at {levels}. " if levels else "")
-        + ("" if any(row["total"] for _, row in rows) else "Without Sobol indices, because the inputs are dependent. ")
+        + ("" if any(row["total"] for row in answer["conditions"])  # also where no condition has an expansion
+           else "Without Sobol indices, because the inputs are dependent. ")
         + (f"Not drawn: {omitted} without an expansion: there are {missing_runs(shown, answer['outside'])}."
            if omitted else ""),
         {"spacing": 18, "vconcat": views}, caption(answer, probabilities))

@@ -109,6 +109,15 @@ def test_warnings_come_before_the_result(reading: Callable[[str], Any], changes:
     assert reading(propagation_page(answer(condition(0)), REQUEST, CONDITIONS)).count("aside") == 0
 
 
+def test_independent_inputs_are_not_called_dependent_where_no_condition_has_an_expansion() -> None:
+    lost = dict.fromkeys(condition(0)) | {"condition": 7, "quantiles": [None], "first_order": [None, None],
+                                          "total": [None, None]}
+    spec = draw(answer(lost), [0.5], CONDITIONS)
+    assert spec["title"]["text"] == "No condition has a distribution"
+    assert "1 without an expansion" in " ".join(spec["title"]["subtitle"])
+    assert "dependent" not in str(spec)
+
+
 def test_a_condition_without_an_expansion_is_counted(reading: Callable[[str], Any]) -> None:
     lost = dict.fromkeys(condition(0)) | {"condition": 7, "quantiles": [None, None]}
     text = reading(propagation_page(answer(condition(0), lost), REQUEST, CONDITIONS)).text
