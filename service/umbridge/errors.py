@@ -98,8 +98,10 @@ def _convert_problem(started: Message, body: bytes) -> JSONResponse:
     invalid = ("InvalidInput", 400) if problem["status"] in _INVALID else (
         kind.title().replace("-", ""), problem["status"])
     name, status = _TYPES.get(kind, invalid)
-    fields = "; ".join(f"{entry['where']}: {entry['what']}" for entry in problem.get("errors", ()))
-    message = f"{problem['detail']}. {problem['remedy']}." + f" ({fields})" * bool(fields)
+    # The remedy of invalid fields refers to the member `errors`, which the protocol does not have.
+    fields = "; ".join(f"{entry['where'] or 'body'}: {entry['what']}" for entry in problem.get("errors", ()))
+    remedy = f"Correct {fields}" if fields else problem["remedy"]
+    message = f"{problem['detail']}. {remedy}."
     kept = {name.decode(): value.decode() for name, value in started["headers"]
             if name.lower() not in (b"content-type", b"content-length")}
     return JSONResponse({"error": {"type": name, "message": message}}, status, kept)

@@ -126,6 +126,10 @@ def test_invalid_requests_are_errors_of_the_protocol(bridge: httpx.Client, name:
         message = refused(bridge.post(f"/{operation}", json={"name": "nominl"}), "ModelNotFound")
         assert "Did you mean 'nominal'?" in message
     refused(bridge.post("/ModelInfo", content="{"), "InvalidInput")
+    assert refused(bridge.post("/ModelInfo", json={"name": 5}), "InvalidInput") == (
+        "The request has 1 invalid field. Correct name: Input should be a valid string.")
+    assert refused(bridge.post("/ModelInfo", json=[]), "InvalidInput") == (
+        "The request has 1 invalid field. Correct body: Input should be a JSON object.")
     assert "gzip" in bridge.headers["accept-encoding"]
     assert len(refused(bridge.post("/Evaluate", json={"name": TABLE, "input": [["a"] * 60]}), "InvalidInput")) > 900
     refused(bridge.get("/Evaluate"), "MethodNotAllowed", 405)
