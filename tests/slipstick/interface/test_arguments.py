@@ -35,6 +35,19 @@ def test_names_and_paths_stand_for_benches_recordings_and_tables(table: Path) ->
     assert slipstick.fit.__module__ == "slipstick.interface.fit"
 
 
+def test_a_csv_file_of_recordings_numbers_the_profiles_of_the_bench_that_is_fitted(tmp_path: Path) -> None:
+    runs = slipstick.simulate("compact", engagements=4)
+    columns = [getattr(runs.conditions, name) for name in ("current_profile", "motor_speed", "load_inertia",
+                                                           "brake_torque")]
+    rows = [",".join(f"{value}" for value in row) for row in zip(*columns, runs.measured_time, strict=True)]
+    (tmp_path / "runs.csv").write_text("\n".join([
+        "current_profile,motor_speed [rad/s],load_inertia [kg m^2],brake_torque [N m],shifting_time [s]", *rows]))
+    first, second = (slipstick.fit(
+        slipstick.Bench.open("compact"), given, "initial_position", generations=1, population=4, refine=False,
+        intervals=False, progress=False).log10_likelihood for given in (runs, tmp_path / "runs.csv"))
+    assert first == pytest.approx(second, rel=1e-12)
+
+
 def test_texts_with_units_are_numbers_in_the_unit_of_the_output(table: Path) -> None:
     assert slipstick.likelihood(table, "sample", 1.3, 0.1, "10 ms").log10_likelihood == \
         slipstick.likelihood(table, "sample", 1.3, 0.1, 0.01).log10_likelihood
