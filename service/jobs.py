@@ -47,7 +47,7 @@ class Job(BaseModel):
     submitted: datetime.datetime | None = Field(description="Time of submission (UTC).")
     started: datetime.datetime | None = Field(
         description="Time at which a worker took the job from the queue (UTC), the last time if it was resumed; null "
-                    "while it is queued.")
+                    "while it is queued and after it was cancelled.")
     ended: datetime.datetime | None = Field(description="Time at which the job ended (UTC); null before that.")
     links: dict[str, str] = Field(description="Addresses of the job and of its result, report and so on, by name.")
 
