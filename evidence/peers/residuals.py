@@ -34,6 +34,7 @@ from evidence.peers.equations import (
 from slipstick.engine.laws import CONSTANT, Candidate, acts, list_candidates
 from slipstick.engine.model import nominal_own_values
 from slipstick.engine.recordings import Recorded
+from slipstick.numerics.deviations import from_median
 from slipstick.numerics.piecewise import hats
 
 Matrix = np.ndarray
@@ -210,8 +211,8 @@ def _choose_runs(rows: Rows, settings: SettingsOfResiduals) -> Matrix:
             rest = target - columns @ np.linalg.lstsq(columns, target, rcond=None)[0] if used.any() else np.zeros(1)
             rms.append(np.log(np.sqrt(np.mean(rest**2)) + 1e-300))
         size.append(rms)
-    off = np.array(size) - np.median(size, axis=0)
-    off = np.max(off / (1.4826 * np.median(np.abs(off), axis=0) + 1e-12), axis=1)
+    off, spread = from_median(np.array(size))
+    off = np.max(off / (spread + 1e-12), axis=1)
     most = int(0.1 * len(off))
     far = np.argsort(-off)[:most]
     return np.setdiff1d(np.arange(len(off)), far[off[far] > settings.outlying])

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from slipstick.numerics.deviations import from_median
+
 LOCKED = 0.05
 """Share of the largest slip under which the plates are taken to stick, for a first estimate."""
 _WINDOW = 0.15
@@ -82,8 +84,7 @@ def lateness(located: np.ndarray, recorded: np.ndarray, step: float) -> float:
     late = (located - recorded)[np.isfinite(located)]
     if not len(late):
         return 0.0
-    median = float(np.median(late))
-    spread = max(1.4826 * float(np.median(np.abs(late - median))), step)
+    median, spread = float(np.median(late)), max(float(from_median(late)[1]), step)
     return median if abs(median) > _BEYOND * np.hypot(step, spread * np.sqrt(np.pi / 2 / len(late))) else 0.0
 
 

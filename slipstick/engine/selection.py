@@ -34,6 +34,7 @@ from slipstick.engine.priors import Prior
 from slipstick.engine.recordings import Pair, Part, Recorded, explain
 from slipstick.engine.settings import EngineSettings
 from slipstick.machine.declaration import Machine, identifier_of
+from slipstick.numerics.deviations import from_median
 from slipstick.numerics.threads import in_one_blas_thread
 
 _LEAST_CHI = 1e-3
@@ -519,8 +520,8 @@ def _doubt(bare: Fit, settings: EngineSettings) -> np.ndarray:
 
 def _deviate(values: np.ndarray, least: np.ndarray | float) -> np.ndarray:
     """Return deviations of values (n, c) from their median in robust standard deviations of at least `least`."""
-    off = values - np.median(values, axis=0)
-    return np.asarray(off / np.maximum(least, 1.4826 * np.median(np.abs(off), axis=0)))
+    off, spread = from_median(values)
+    return np.asarray(off / np.maximum(least, spread))
 
 
 def _is_unexplained(chi: np.ndarray, settings: EngineSettings) -> bool:

@@ -55,9 +55,11 @@ def measured_of(given: Measured | Runs | Path | str, simulator: Table | Bench | 
 
 
 def _open_measured(path: Path, simulator: Table | Bench | BlackBox) -> Recordings | Measurements | Runs:
-    machine = simulator.model if isinstance(simulator, Table) else getattr(simulator, "description", None)
+    if isinstance(simulator, Bench):
+        return Recordings.open(path, profiles=simulator.profiles)
+    machine = simulator.model if isinstance(simulator, Table) else simulator.description
     if not isinstance(machine, BlackBoxDescription):
-        return Recordings.open(path, profiles=simulator.profiles if isinstance(simulator, Bench) else None)
+        return Recordings.open(path)
     return read_runs(path) if holds_runs(path) else Measurements.open(path, machine)
 
 

@@ -30,12 +30,11 @@ def describe_span(values: np.ndarray, unit: str) -> str:
 
 def _doubt_clock(runs: Runs, machine: Machine) -> Iterator[str]:
     """A clock whose step and length both are of another order than those of the machine's experiments, to one side."""
-    length = float(runs.time[-1] - runs.time[0])
-    ratios = [recorded / declared for recorded, declared in ((length, machine.duration), (runs.step, machine.step))
-              if declared > 0]
-    if len(ratios) == 2 and (min(ratios) >= _OTHER_ORDER or max(ratios) <= 1 / _OTHER_ORDER):
+    length, duration = float(runs.time[-1] - runs.time[0]), machine.duration
+    if (_is_other_order(length, duration) and _is_other_order(runs.step, machine.step)
+            and (length > duration) == (runs.step > machine.step)):
         yield (f"The runs last {length:.4g} s in steps of {runs.step:.4g} s, and experiments of the machine "
-               f"{machine.duration:.4g} s in steps of {machine.step:.4g} s. Check the unit of time, which is s in "
+               f"{duration:.4g} s in steps of {machine.step:.4g} s. Check the unit of time, which is s in "
                "`duration`, `step` and rates of the machine")
 
 

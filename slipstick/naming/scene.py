@@ -53,8 +53,8 @@ class Scene:
     its sensor, which is not estimated again where `noise_is_known`. Laws have the knots of the `settings`. `base`
     (20,) are the nominal parameters. `order` (n,) is the run order among all recordings, where some are set aside.
     `pressure_error` is what all engagements with a profile leave of the pressure, in bar, and its autocorrelation;
-    `pressure_modes` (n, r, k) in bar is how far the pressure of each engagement is known, as `ValveBlock.modes` has it,
-    and `pressure_means` (n, r, k) how far that of all is, where the means of the valve's parameters are off.
+    `pressure_modes` (n, r, k) in bar is how far the pressure of each engagement is known, along the axes of what is not
+    known of the valve's parameters, and `pressure_means` (n, r, k) how far that of all is, along those of their means.
     `of_plates` are the values (n, k) of `OF_PLATES`, once the onset is known.
     """
 

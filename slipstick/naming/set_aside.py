@@ -12,6 +12,7 @@ from slipstick.naming.lock import LockBlock
 from slipstick.naming.scene import Scene
 from slipstick.naming.settings import NamingSettings
 from slipstick.naming.valve import ValveBlock
+from slipstick.numerics.deviations import from_median
 from slipstick.numerics.threads import mapped
 from slipstick.recordings.signals import open_blocks
 
@@ -102,7 +103,7 @@ def _unexplained(fit: BlockFit) -> np.ndarray:
 
 def _misfit(chi_square: np.ndarray, settings: NamingSettings) -> np.ndarray:
     """How far chi-squares (n,) are above those of the others, 1 where an engagement is outlying."""
-    off, spread = _from_median(np.log(np.maximum(chi_square, 1e-3)))
+    off, spread = from_median(np.log(np.maximum(chi_square, 1e-3)))
     return np.asarray(off / (settings.outlying * np.maximum(_LEAST_SPREAD, spread)))
 
 
@@ -111,15 +112,9 @@ def _unbelievable(fit: BlockFit, settings: NamingSettings) -> np.ndarray:
 
     By such parameters a valve explains a reversed sensor, and a load inertia a speed sensor that froze.
     """
-    off, spread = _from_median(fit.fitted.each)  # a single one may pull the mean of all
+    off, spread = from_median(fit.fitted.each)  # a single one may pull the mean of all
     far = np.abs(off) / np.maximum(_BELIEVED * fit.block.widest, settings.outlying * spread)
     return np.asarray(far.max(axis=1))
-
-
-def _from_median(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Deviations of `values` (n, ...) from their median, and their robust standard deviation (...)."""
-    off = values - np.median(values, axis=0)
-    return off, 1.4826 * np.median(np.abs(off), axis=0)
 
 
 def _without_laws(scene: Scene) -> list[Block]:

@@ -29,7 +29,7 @@ from slipstick.naming.restarts import evidence_of, settled
 from slipstick.naming.scene import Scene
 from slipstick.naming.search import retimed, search
 from slipstick.naming.selection import Finding, is_unexplained
-from slipstick.naming.valve import ValveBlock, axes_of
+from slipstick.naming.valve import ValveBlock, deviations_along_axes
 from slipstick.recordings.signals import open_blocks
 
 _AVERAGED = 4.0  # samples, of a torque that only serves the columns of other blocks
@@ -161,14 +161,16 @@ def _with_pressure(scene: Scene, valve: BlockFit) -> tuple[Scene, Late]:
     """The scene with the pressure that the valve explains, and how far; and what it was some time before."""
     block, means = valve.block, len(valve.block.random)
     assert isinstance(block, ValveBlock)
-    error = valve.fitted.follows @ axes_of(valve.fitted.covariance[:means, :means])
+    # How far the parameters of each engagement are known, and what an error of their means does to these.
+    moves = np.concatenate([deviations_along_axes(valve.fitted.spread), valve.fitted.follows @ deviations_along_axes(
+        valve.fitted.covariance[:means, :means])], axis=2)
+    changes = block.changes(valve.points, valve.held, moves)
     left, profiles = block.measured - valve.predicted, scene.recordings.conditions.current_profile
     # Only where it lacks something: an error that is estimated where there is none costs friction laws power.
     lacks = valve.laws or is_unexplained(valve.chi2, valve.chi2, scene.settings)
     scene = replace(scene.explained("pressure", block.pressure(valve.points, valve.held)),
                     pressure_error=in_common(left, profiles) if lacks else (0.0, 0.0),
-                    pressure_modes=block.modes(valve.points, valve.held, valve.fitted.spread),
-                    pressure_means=block.changes(valve.points, valve.held, error))
+                    pressure_modes=changes[:, :means], pressure_means=changes[:, means:])
     return scene, partial(block.pressure, valve.points, valve.held)
 
 

@@ -38,7 +38,7 @@ _SHORTEST = 0.1
 """Least factor by which a law may change a delay, so that it stays positive."""
 
 
-def axes_of(covariance: np.ndarray) -> np.ndarray:
+def deviations_along_axes(covariance: np.ndarray) -> np.ndarray:
     """One standard deviation along each axis of a covariance (..., q, q), as columns (..., q, q)."""
     variance, axes = np.linalg.eigh(covariance)
     return np.asarray(axes * np.sqrt(np.maximum(variance, 0))[..., None, :])
@@ -100,13 +100,6 @@ class ValveBlock:
     def pressure(self, points: np.ndarray, laws: Laws = (), late: float = 0.0) -> np.ndarray:
         """Pressure (n, k) in bar of `late` s before each sample, without the errors of its sensor and of its clock."""
         return changed(self, clock=late).base(points, [(pair, c) for pair, c in laws if pair[0] != "pressure sensor"])
-
-    def modes(self, points: np.ndarray, laws: Laws, covariance: np.ndarray) -> np.ndarray:
-        """Changes (n, 3, k) of the pressure in bar, by one standard deviation along each axis of a covariance.
-
-        `covariance` (n, 3, 3) is that of the parameters of each engagement given what was measured.
-        """
-        return self.changes(points, laws, axes_of(covariance))
 
     def changes(self, points: np.ndarray, laws: Laws, moves: np.ndarray) -> np.ndarray:
         """Changes (n, r, k) of the pressure in bar with `moves` (n, 3, r) of the parameters."""

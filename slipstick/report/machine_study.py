@@ -171,9 +171,6 @@ def advise(result: MachineStudyResult) -> Section:
 
 def _advise_finding(finding: MachineFinding, result: MachineStudyResult, prefix: str) -> list[Part]:
     name, law = within(finding.title), finding.law
-    own = [block for block in result.blocks if block.name in finding.blocks]
-    doubtful = [f"“{block.name}”" for block in own if _leaves_much(block)]
-    unsettled = [f"“{block.name}”" for block in own if not block.converged]
     if finding.confirmed is False:
         what, text = "Do not add:", f"{name}. The simulation of the whole machine is no better with it."
     else:
@@ -186,11 +183,14 @@ def _advise_finding(finding: MachineFinding, result: MachineStudyResult, prefix:
             f"{name}: {units.raised(finding.equation)}{_describe_zero(finding)}."
         if of_sensor:
             text += " Correct the sensor or its channel in the recordings, or add the error to the model."
-    if doubtful and finding.confirmed is not False:
-        text += f" With it, {listed(doubtful)} still leave{'s' * (len(doubtful) == 1)} more than noise: what is " \
-            "missing may be something else."
-    if unsettled and finding.confirmed is not False:
-        text += f" The fit of {listed(unsettled)} has not converged."
+        own = [block for block in result.blocks if block.name in finding.blocks]
+        doubtful = [f"“{block.name}”" for block in own if _leaves_much(block)]
+        unsettled = [f"“{block.name}”" for block in own if not block.converged]
+        if doubtful:
+            text += f" With it, {listed(doubtful)} still leave{'s' * (len(doubtful) == 1)} more than noise: what is " \
+                "missing may be something else."
+        if unsettled:
+            text += f" The fit of {listed(unsettled)} has not converged."
     if finding.rivals:
         text += f" Record first what tells it apart from {listed([within(rival.title) for rival in finding.rivals])}."
     entries: Entries = [(f"{prefix}{what}", text)]

@@ -460,7 +460,7 @@ def test_a_clock_of_another_order_than_that_of_experiments_is_doubted(
         duration: float, step: float, expected: int) -> None:
     """Runs of another length, or with other steps, are none: a unit of time changes both."""
     machine = replace(DRIVEN, duration=duration, step=step)
-    doubts = imported(recording(), text=edited("mm/s", "mm/s"), machine=machine).doubts
+    doubts = imported(recording(), machine=machine).doubts
     assert sum("Check the unit of time" in doubt for doubt in doubts) == expected
 
 

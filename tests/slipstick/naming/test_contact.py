@@ -26,7 +26,7 @@ from slipstick.naming.scene import Scene
 from slipstick.naming.search import search
 from slipstick.naming.selection import Finding, is_unexplained
 from slipstick.naming.settings import NamingSettings
-from slipstick.naming.valve import ValveBlock
+from slipstick.naming.valve import ValveBlock, deviations_along_axes
 from tests.benches import HEAVY, NOMINAL
 from tests.slipstick.naming.engagements import block_of, scene_of
 
@@ -58,7 +58,7 @@ def contact(scatter: float, known: bool) -> tuple[float, list[Pair]]:
     """Chi-square of full contact and what it asks for, where the delays of the valve are off by a share `scatter`."""
     scene = scene_of(HEAVY, Model(HEAVY.physics), COUNT, SEED)
     covariance = np.tile(np.diag([scatter**2, 0.0, 0.0]), (COUNT, 1, 1))
-    modes = ValveBlock(scene).modes(np.zeros((COUNT, 3)), (), covariance)
+    modes = ValveBlock(scene).changes(np.zeros((COUNT, 3)), (), deviations_along_axes(covariance))
     weights = np.random.default_rng(SEED).normal(size=(COUNT, 3))
     pressure = scene.smooth["pressure"] + np.einsum("nr,nrk->nk", weights, modes)
     block = ContactBlock(replace(scene, pressure_modes=modes if known else None), pressure, NOTHING)
