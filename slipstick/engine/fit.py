@@ -11,12 +11,13 @@ from functools import cached_property
 
 import numpy as np
 
+from slipstick.engine.columns import Columns, fit_columns, join_columns
 from slipstick.engine.laws import Candidate
 from slipstick.engine.linear_model import Fitted, estimate, restricted_likelihood
 from slipstick.engine.model import State
-from slipstick.engine.part_fit import PartFit, fit_part
+from slipstick.engine.part_fit import PartFit
 from slipstick.engine.priors import Prior, adapt_priors
-from slipstick.engine.products import Products, assemble, expand
+from slipstick.engine.products import Products, list_shared
 from slipstick.engine.recordings import Pair, Recorded, pose_nominal
 from slipstick.engine.trajectory import solve
 from slipstick.errors import InvalidValue
@@ -41,7 +42,7 @@ scatter where that is more."""
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A machine's parts with `laws` at a `state`: the linear `models` of the parts, the mixed model, and its evidence.
+    """A machine's parts with `laws` at a `state`: the `columns` of the parts, the mixed model, and its evidence.
 
     `evidence` is the log marginal likelihood in nats, up to a constant of data and noise. `turn` maps the coefficients
     of the mixed model to raw ones. `promised` are the nats that another step promises, less than 0 where the state is
@@ -52,7 +53,7 @@ class Fit:
     laws: Mapping[Pair, Candidate]
     priors: Mapping[Pair, Prior]
     state: State
-    models: Mapping[str, PartFit]
+    columns: Columns
     products: Products
     fitted: Fitted
     turn: np.ndarray
@@ -61,13 +62,18 @@ class Fit:
     converged: bool
 
     @property
+    def models(self) -> Mapping[str, PartFit]:
+        """The linear models of the parts."""
+        return self.columns.models
+
+    @property
     def roots(self) -> list[np.ndarray]:
         """The roots of the laws' priors, in their order."""
         return [self.priors[pair].root(law) for pair, law in self.laws.items()]
 
     def onto(self, name: str) -> np.ndarray:
         """Return the map (n, r + 1, c) from all coefficients to the rows of a part."""
-        return expand(self.recorded, self.models[name], self.laws, self.state)
+        return self.columns.expand(self.recorded, name, self.laws, self.state)
 
     @cached_property
     def squares(self) -> dict[str, np.ndarray]:
@@ -88,7 +94,7 @@ class Fit:
     @property
     def solution(self) -> State:
         """The state to which the linear model leads."""
-        return _moved(self.recorded, self.laws, self.fitted, self.turn, self.state)
+        return _moved(self.recorded, self.columns, self.laws, self.fitted, self.turn, self.state)
 
     @property
     def means(self) -> np.ndarray:
@@ -99,10 +105,10 @@ class Fit:
         """Return the linear model of the runs `rows` about the state of all, solved anew."""
         recorded, state = self.recorded.take(rows), self.state.take(rows)
         laws = {pair: law.take(rows) for pair, law in self.laws.items()}
-        models = {name: model.take(rows, recorded, laws) for name, model in self.models.items()}
-        solved = _solve(recorded, models, laws, self.priors, self.fitted.variance, state)
+        columns = self.columns.take(rows, recorded, laws)
+        solved = _solve(recorded, columns, laws, self.priors, self.fitted.variance, state)
         assert solved is not None  # as that of all runs
-        return Fit(recorded, laws, solved.priors, state, models, solved.products, solved.fitted, solved.turn,
+        return Fit(recorded, laws, solved.priors, state, columns, solved.products, solved.fitted, solved.turn,
                    solved.evidence, solved.promised, self.converged)
 
     def again(self, recorded: Recorded) -> "Fit":
@@ -155,13 +161,12 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
     last: Fit | None = None
     worse = 0
     for _ in range(_BUILDS):
-        models = {part.name: fit_part(recorded, part, state, laws) for part in recorded.parts}
-        solved = _solve(recorded, models, laws, priors, variance, state)
+        columns = fit_columns(recorded, laws, state)
+        solved = _solve(recorded, columns, laws, priors, variance, state)
         if solved is None or not np.isfinite(evidence := solved.evidence):  # squares may overflow where values do not
             break
-        released = {name: model.release() for name, model in models.items()}
-        current = Fit(recorded, dict(laws), solved.priors, solved.state, released, solved.products, solved.fitted,
-                      solved.turn, evidence, solved.promised, abs(solved.promised) < settled)
+        current = Fit(recorded, dict(laws), solved.priors, solved.state, columns.release(), solved.products,
+                      solved.fitted, solved.turn, evidence, solved.promised, abs(solved.promised) < settled)
         if current.converged:  # at the fixed point, and not where steps to it happened to pass
             return current
         worse += 1
@@ -173,7 +178,7 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
             state = _halfway(last.state, state)
             continue
         last = current
-        following = _follow(recorded, models, laws, solved, settled)
+        following = _follow(recorded, columns, laws, solved, settled)
         if following is None:  # no way leads on
             break
         state, priors, variance = following.state, following.priors, following.variance
@@ -199,7 +204,7 @@ def _lack_solution(cause: str) -> InvalidValue:
 class _Solved:
     """The linear mixed model about a `state`, solved, with the `priors` and the `variance` of the largest evidence.
 
-    `promised` are the nats that a step to the solution promises.
+    `restricted` is the log-likelihood of the solution in nats, up to a constant; a step to it promises `promised` nats.
     """
 
     state: State
@@ -208,43 +213,53 @@ class _Solved:
     fitted: Fitted
     turn: np.ndarray
     variance: np.ndarray
+    restricted: float
     promised: float
 
     @property
     def evidence(self) -> float:
         """Log marginal likelihood in nats at the state, up to a constant."""
-        return restricted_likelihood(self.fitted.gram, self.fitted.variance) - self.promised
+        return self.restricted - self.promised
 
 
-def _solve(recorded: Recorded, models: Mapping[str, PartFit], laws: Mapping[Pair, Candidate],
+def _solve(recorded: Recorded, columns: Columns, laws: Mapping[Pair, Candidate],
            priors: Mapping[Pair, Prior], variance: np.ndarray, state: State) -> _Solved | None:
-    """Solve the linear mixed model of models about a state; None where it has no finite solution."""
-    products = assemble(recorded, models, laws, state)
+    """Solve the linear mixed model of columns about a state; None where it has no finite solution."""
+    products = columns.assemble(recorded, laws, state)
     if not np.isfinite(products.values).all():
         return None
     try:
-        adapted = adapt_priors(products, laws, priors, variance)
-        gram, turn = products.gram([adapted[pair].root(law) for pair, law in laws.items()])
-        fitted = estimate(gram, variance)
+        # Adapted priors may be worse: those of a law that parameters replace, if they are far beyond their reach.
+        chosen = [adapt_priors(products, laws, priors, variance), *([dict(priors)] if laws else [])]
+        return max((_solve_with(each, products, laws, variance, state) for each in chosen),
+                   key=lambda each: each.restricted)
     except np.linalg.LinAlgError:  # of values so large that no digit of the priors is left
         return None
+
+
+def _solve_with(priors: dict[Pair, Prior], products: Products, laws: Mapping[Pair, Candidate], variance: np.ndarray,
+                state: State) -> _Solved:
+    """Solve the linear mixed model of products with these priors."""
+    gram, turn = products.gram([priors[pair].root(law) for pair, law in laws.items()])
+    fitted = estimate(gram, variance)
     promised = fitted.posterior - fitted.at(_inside(turn, fitted, state, laws)).posterior
     variance = np.clip(fitted.variance, _LEAST * gram.widest**2, gram.widest**2)
-    return _Solved(state, products, adapted, fitted, turn, variance, promised)
+    return _Solved(state, products, priors, fitted, turn, variance, restricted_likelihood(gram, fitted.variance),
+                   promised)
 
 
-def _follow(recorded: Recorded, models: Mapping[str, PartFit], laws: Mapping[Pair, Candidate], solved: _Solved,
+def _follow(recorded: Recorded, columns: Columns, laws: Mapping[Pair, Candidate], solved: _Solved,
             settled: float) -> _Solved | None:
-    """Step on with the columns of the models as long as each step promises much less than the one before.
+    """Step on with the same columns as long as each step promises much less than the one before.
 
     The last solved model is returned, at the state to which the steps lead, and None where the first one leads nowhere.
     """
     for number in range(_STEPS):
-        there = _descend(recorded, models, laws, solved, settled)
+        there = _descend(recorded, columns, laws, solved, settled)
         if there is None:
             return solved if number else None
-        state, models = there
-        following = _solve(recorded, models, laws, solved.priors, solved.variance, state)
+        state, columns = there
+        following = _solve(recorded, columns, laws, solved.priors, solved.variance, state)
         if following is None:
             return replace(solved, state=state)
         if following.promised < settled or following.promised > _SHRUNK * solved.promised:
@@ -253,17 +268,17 @@ def _follow(recorded: Recorded, models: Mapping[str, PartFit], laws: Mapping[Pai
     return solved
 
 
-def _descend(recorded: Recorded, models: Mapping[str, PartFit], laws: Mapping[Pair, Candidate], solved: _Solved,
-             settled: float) -> tuple[State, dict[str, PartFit]] | None:
-    """Return the state on the way to the solution at which the posterior is not lower, with models there.
+def _descend(recorded: Recorded, columns: Columns, laws: Mapping[Pair, Candidate], solved: _Solved,
+             settled: float) -> tuple[State, Columns] | None:
+    """Return the state on the way to the solution at which the posterior is not lower, with the same columns there.
 
-    The models have the columns of those that are given. None is returned where no halved step is good enough.
+    None is returned where no halved step is good enough.
     """
-    here, there = solved.state, _moved(recorded, laws, solved.fitted, solved.turn, solved.state)
+    here, there = solved.state, _moved(recorded, columns, laws, solved.fitted, solved.turn, solved.state)
     least = solved.fitted.posterior - solved.promised - settled
     for _ in range(_TRIALS):
-        moved = {name: model.move(there) for name, model in models.items()}
-        reached = assemble(recorded, moved, laws, there)
+        moved = columns.move(there)
+        reached = moved.assemble(recorded, laws, there)
         if np.isfinite(reached.values).all() and _posterior_at(reached, laws, solved, there) >= least:
             return there, moved
         there = _halfway(here, there)
@@ -283,17 +298,17 @@ def join(fits: Sequence[Fit]) -> Fit:
         return fits[0]
     recorded = join_recorded([each.recorded for each in fits])
     laws, priors = dict[Pair, Candidate](), dict[Pair, Prior]()
-    models = dict[str, PartFit]()
     for each in fits:
-        laws, priors, models = {**laws, **each.laws}, {**priors, **each.priors}, {**models, **each.models}
+        laws, priors = {**laws, **each.laws}, {**priors, **each.priors}
     state = State(np.concatenate([each.state.points for each in fits], axis=1),
                   np.concatenate([each.state.means for each in fits]),
                   np.concatenate([each.state.shared for each in fits]),
                   {pair: c for each in fits for pair, c in each.state.laws.items()})
-    products = assemble(recorded, models, laws, state)
+    columns = join_columns([each.columns for each in fits], [len(each.recorded.shared) for each in fits])
+    products = columns.assemble(recorded, laws, state)
     gram, turn = products.gram([priors[pair].root(law) for pair, law in laws.items()])
     variance = np.concatenate([each.fitted.variance for each in fits])
-    return Fit(recorded, laws, priors, state, models, products, estimate(gram, variance, fixed=True), turn,
+    return Fit(recorded, laws, priors, state, columns, products, estimate(gram, variance, fixed=True), turn,
                sum(each.evidence for each in fits), sum(each.promised for each in fits),
                all(each.converged for each in fits))
 
@@ -328,12 +343,14 @@ def _halfway(here: State, there: State) -> State:
     return State(points, means, shared, laws)
 
 
-def _moved(recorded: Recorded, laws: Mapping[Pair, Candidate], fitted: Fitted, turn: np.ndarray, state: State) -> State:
+def _moved(recorded: Recorded, columns: Columns, laws: Mapping[Pair, Candidate], fitted: Fitted, turn: np.ndarray,
+           state: State) -> State:
     raw = coefficients_of(fitted, turn, recorded)
     random, shared = len(recorded.random), len(recorded.shared)
+    points = raw[:, :random] + columns.shift @ (raw[0, random:] - list_shared(laws, state))
     ends = np.cumsum([random + shared, *(law.count for law in laws.values())])
     values = {pair: raw[0, first:last] for pair, first, last in zip(laws, ends[:-1], ends[1:], strict=True)}
     furthest = np.maximum(_FURTHEST, [_WIDTHS * term.widest for term in recorded.random])
-    return replace(state, points=np.clip(raw[:, :random], -furthest, furthest),
+    return replace(state, points=np.clip(points, -furthest, furthest),
                    means=fitted.coefficients[:random],
                    shared=raw[0, random:random + shared], laws=values)

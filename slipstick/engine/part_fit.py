@@ -110,10 +110,10 @@ class PartFit:
 
 
 def fit_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair, Candidate],
-             is_fixed: bool = False) -> PartFit:
-    """Return the linear model of a part with the `laws` of a state, with columns as far as there is room for them."""
+             is_fixed: bool = False, holds: bool = True) -> PartFit:
+    """Return the linear model of a part with the `laws` of a state; it `holds` columns as far as there is room."""
     laws = {pair: law for pair, law in laws.items() if part.name in law.variables}
-    held = 0 if recorded.executor else _count_held(recorded, part, laws)
+    held = _count_held(recorded, part, laws) if holds and recorded.executor is None else 0
     nothing = np.empty(0)
     empty = PartFit(recorded, part, laws, state, state, (), {}, nothing, nothing, nothing, is_fixed=is_fixed)
     return _gather(empty, _spread(recorded, part, laws, _build, lambda rows, number: (

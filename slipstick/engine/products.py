@@ -122,8 +122,13 @@ def _locate(recorded: Recorded, model: PartFit, laws: Mapping[Pair, Candidate]) 
 
 def _list_values(recorded: Recorded, laws: Mapping[Pair, Candidate], state: State) -> np.ndarray:
     """Return the coefficients (n, c - 1) of each run at a state."""
-    shared = np.concatenate([state.shared, *(state.laws[pair] for pair in laws)])
+    shared = list_shared(laws, state)
     return np.concatenate([state.points, np.broadcast_to(shared, (len(recorded), len(shared)))], axis=1)
+
+
+def list_shared(laws: Mapping[Pair, Candidate], state: State) -> np.ndarray:
+    """Return the coefficients (f,) at a state that all runs share: those of shared terms, and of laws."""
+    return np.concatenate([state.shared, *(state.laws[pair] for pair in laws)])
 
 
 def _at_zero(model: PartFit, rows: np.ndarray, factors: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -1,0 +1,90 @@
+"""Parameters that scatter beside values that all runs share, where equations are not linear in them."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from slipstick.engine import fit as fits
+from slipstick.engine.columns import Columns, fit_columns, join_columns
+from slipstick.engine.fit import Fit
+from slipstick.engine.laws import list_candidates
+from slipstick.engine.preparation import prepare
+from slipstick.engine.priors import Prior
+from slipstick.engine.recordings import Recorded
+from slipstick.engine.simulation import simulate_runs
+from slipstick.engine.study import estimate_parameters
+from slipstick.machine import Block, Command, Machine, Parameter, Quantity, Sensor, list_experiments
+
+TRUE = {"resistance": 1.2, "torque constant": 0.051, "inertia": 2.1e-4, "viscous friction": 1.3e-4}
+"""The voltage and the speed tell gain and time constant of a run, which three of these make up for each other."""
+
+
+def declare_drive(bent: float = 0.0) -> Machine:
+    """A motor with a viscous friction that is bent over the speed."""
+    shaft = Block("shaft", gives="speed", reads=("voltage",), states=("speed",), parameters=(
+        Parameter("resistance", "ohm", value=1.2, within=0.05, scatter=0.04),
+        Parameter("torque constant", "N m/A", value=0.05, within=0.05, scatter=0.0),
+        Parameter("inertia", "kg m^2", value=2e-4, within=0.1, scatter=0.0),
+        Parameter("viscous friction", "N m s", value=1.2e-4, within=0.5, scatter=0.1)),
+        quantities=(Quantity("friction change", relative=True),))
+
+    @shaft.rate
+    def turn(x, u, q, p):  # type: ignore[no-untyped-def]
+        current = (u.voltage - p.torque_constant * x.speed) / p.resistance
+        friction = p.viscous_friction * x.speed * (1 + q.friction_change) * (1 + bent * np.abs(x.speed))
+        return (p.torque_constant * current - friction) / p.inertia
+
+    voltage = (0, 0), (0.05, 0), (0.051, 10), (0.4, 8), (0.401, -6), (0.8, -4)
+    return Machine("drive", (shaft,), (Sensor("speed", "rad/s", noise=0.4),),
+                   commands=(Command("voltage", "V", profiles=(voltage,)),), duration=0.8, step=0.004)
+
+
+@pytest.fixture(scope="module")
+def recorded() -> Recorded:
+    machine = declare_drive()
+    return prepare(machine, simulate_runs(machine, list_experiments(machine).take(np.zeros(24, int)), TRUE, seed=1))
+
+
+def list_errors(fitted: Fit) -> dict[str, float]:
+    """Return by how many standard errors the mean of each parameter is off."""
+    return {each.name: (each.mean - TRUE[each.name]) / each.error for each in estimate_parameters(fitted)}
+
+
+def follow_own(*arguments: Any) -> Columns:
+    """Columns of each run's own parameters."""
+    columns = fit_columns(*arguments)
+    return replace(columns, shift=np.zeros_like(columns.shift))
+
+
+def test_shared_values_make_no_scatter_smaller(recorded: Recorded, monkeypatch: pytest.MonkeyPatch) -> None:
+    fitted = fits.fit(recorded, {}, {})
+    assert fitted.converged
+    assert max(map(abs, list_errors(fitted).values())) < 1
+    monkeypatch.setattr(fits, "fit_columns", follow_own)
+    own = fits.fit(recorded, {}, {})
+    assert not own.converged
+    assert max(map(abs, list_errors(own).values())) > 3
+
+
+def test_columns_of_groups_that_share_nothing_are_those_of_all() -> None:
+    random = np.random.default_rng(1)
+    groups = [Columns({}, random.normal(size=(3, *size))) for size in ((2, 4), (1, 3))]
+    joined = join_columns(groups, [1, 2]).shift
+    np.testing.assert_array_equal(joined[:, :2, [0, 3, 4, 5]], groups[0].shift)
+    np.testing.assert_array_equal(joined[:, 2:, [1, 2, 6]], groups[1].shift)
+    assert np.count_nonzero(joined) == 3 * (2 * 4 + 3)
+
+
+def test_priors_are_adapted_where_that_is_more_likely(monkeypatch: pytest.MonkeyPatch) -> None:
+    """About a solution with a law, parameters beyond their reach may replace it, so that none is the adapted prior."""
+    machine = declare_drive()
+    bent = simulate_runs(declare_drive(0.0075), list_experiments(machine).take(np.zeros(24, int)), TRUE, seed=1)
+    bare = fits.fit(prepare(machine, bent), {}, {})
+    [law] = [each for each in list_candidates(bare.recorded, {name: model.own() for name, model in bare.models.items()})
+             if each.pair == ("friction change", "speed")]
+    named = bare.beside({law.pair: law}, {law.pair: Prior(1.0, 0.3, 1)})
+    assert named.evidence > bare.evidence + 1000
+    monkeypatch.setattr(fits, "adapt_priors", lambda *_: {law.pair: Prior(1e-4, 0.0, 1)})
+    assert fits.fit(named.recorded, named.laws, named.priors, named.state).evidence > named.evidence - 1
