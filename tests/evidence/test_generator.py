@@ -35,6 +35,8 @@ from slipstick.clutch.model import Model
 from slipstick.recordings import Recordings
 from tests.hidden_laws import CONVERTER_LAGS, EXACT, FRICTION_FALLS, TABLES, case_of, law, shipped
 
+pytestmark = pytest.mark.slow  # what draws the cases of the evidence is no part of the product
+
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "tests" / "validation" / "data"
 
@@ -166,7 +168,6 @@ def test_a_response_makes_the_reading_of_its_sensor_late() -> None:
     np.testing.assert_array_equal(hidden.readings["input_speed"], plain.readings["input_speed"])
 
 
-@pytest.mark.slow
 def test_the_strength_is_the_residual_after_a_fit_over_the_noise(drawn: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, value in (("LANES", 6), ("RELATIVE", 1e-3)):
         monkeypatch.setattr(strength_module, name, value)

@@ -15,6 +15,8 @@ from slipstick.bench import Bench
 from slipstick.plausibility.mismatch import mismatches
 from slipstick.recordings import Recordings
 
+pytestmark = pytest.mark.slow  # what draws the cases of the evidence is no part of the product
+
 
 def require_none(suite: str, seed: int, folder: Path) -> None:
     files = write_case(suite, seed, folder)
@@ -23,12 +25,11 @@ def require_none(suite: str, seed: int, folder: Path) -> None:
 
 @pytest.mark.parametrize(("suite", "seed"), [
     ("nothing_missing", 102), ("wrong_parameter", 103), ("missing_signals", 103),
-    pytest.param("faulty_recordings", 103, marks=pytest.mark.slow)])
+    ("faulty_recordings", 103)])
 def test_no_case_without_an_effect_is_refused(suite: str, seed: int, tmp_path: Path) -> None:
     require_none(suite, seed, tmp_path)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("suite", SUITES)
 def test_no_case_is_refused(suite: str, tmp_path: Path) -> None:
     """Of these seeds, one has a speed sensor that lags by seconds."""

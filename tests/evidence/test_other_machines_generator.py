@@ -28,6 +28,8 @@ from evidence.generator.machines.world import TEMPTATIONS, Spike, World, draw_wo
 from evidence.generator.truth import Truth
 from evidence.judge import judge
 
+pytestmark = pytest.mark.slow  # what draws the cases of the evidence is no part of the product
+
 FOLDER = Path(__file__).parents[2] / "evidence" / "generator"
 LINE = Curve("line", np.array([0.0, 1.0]), np.array([0.0, 1.0]))
 CONSTANT = Curve("constant", np.array([0.0, 1.0]), np.ones(2))
@@ -219,7 +221,6 @@ def test_equal_pairs_give_equal_recordings() -> None:
     np.testing.assert_allclose(first, second, atol=1e-9)
 
 
-@pytest.mark.slow
 def test_cases_are_drawn_with_and_without_effects() -> None:
     cases = {seed: case_of(seed) for seed in SEEDS}
     for seed, case in cases.items():
@@ -250,7 +251,7 @@ def test_a_seed_determines_a_case() -> None:
     assert not np.array_equal(case_of(0).runs.corner_value[0], case_of(10).runs.corner_value[0])
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [0, 1])
 def test_files_are_read_without_the_project(seed: int, tmp_path: Path) -> None:
     case, folder = case_of(seed), tmp_path / f"other_machines-{seed}"
     write_machine_case(folder, case)

@@ -17,6 +17,8 @@ from evidence.generator.run import Run
 from evidence.generator.world import World
 from evidence.suites import KNOWN, LARGEST_RATIO, OVER_TEMPERATURE, RUNS, SUITES, UNKNOWN, draw_case
 
+pytestmark = pytest.mark.slow  # what draws the cases of the evidence is no part of the product
+
 SEEDS = (41, 42)
 
 
