@@ -4,12 +4,9 @@ from typing import Any
 
 from dbos import DBOS, WorkflowSerializationFormat
 
-from slipstick.time_budget import TimeBudgetEnded
-
 from . import build_steps
-from .computing import TimeEnded
-from .jobs import Computers, compute
-from .orders import Order, time_left
+from .jobs import Computers, compute_whole
+from .orders import Order
 from .simulators import Simulators
 
 
@@ -19,11 +16,8 @@ def register(computers: Computers, simulators: Simulators) -> None:
 
     @DBOS.step(name="build.table")
     def table(order: Order) -> dict[str, Any]:
-        try:
-            return compute(computers, build_steps.build_table, files, simulators.dask, order,
-                           seconds=time_left(order, {}))
-        except TimeEnded:
-            raise TimeBudgetEnded.before(order["time_budget"], "the table was complete") from None
+        return compute_whole(computers, build_steps.build_table, files, simulators.dask, order=order,
+                             before="the table was complete")
 
     @DBOS.workflow(name="build", serialization_type=WorkflowSerializationFormat.PORTABLE)
     def run(order: Order) -> dict[str, Any]:

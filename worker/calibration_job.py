@@ -5,12 +5,9 @@ from typing import Any
 
 from dbos import DBOS, WorkflowSerializationFormat
 
-from slipstick.time_budget import TimeBudgetEnded
-
 from . import calibration_steps
-from .computing import TimeEnded
-from .jobs import Computers, compute
-from .orders import Order, file_of_machine, time_left
+from .jobs import Computers, compute, compute_whole
+from .orders import Order, file_of_machine
 
 
 def register(computers: Computers, machines: Mapping[str, str], dask: str | None = None) -> None:
@@ -22,12 +19,8 @@ def register(computers: Computers, machines: Mapping[str, str], dask: str | None
 
     @DBOS.step(name="calibration.machine")
     def machine(order: Order) -> dict[str, Any]:
-        file = file_of_machine(machines, order)
-        try:
-            return compute(computers, calibration_steps.calibrate_declared, file, dask, order,
-                           seconds=time_left(order, {}))
-        except TimeEnded:
-            raise TimeBudgetEnded.before(order["time_budget"], "the parameters were fitted") from None
+        return compute_whole(computers, calibration_steps.calibrate_declared, file_of_machine(machines, order), dask,
+                             order=order, before="the parameters were fitted")
 
     @DBOS.step(name="calibration.bench")
     def bench(order: Order) -> dict[str, Any]:

@@ -9,12 +9,11 @@ from typing import Any
 
 from dbos import DBOS, WorkflowSerializationFormat
 
-from slipstick.time_budget import TimeBudgetEnded
 from slipstick.uncertainty import fit
 
 from . import fit_steps
 from .computing import TimeEnded
-from .jobs import Computers, compute
+from .jobs import Computers, compute, compute_whole
 from .orders import Checkpoint, Order, time_left, with_time
 from .simulators import Simulators
 
@@ -34,10 +33,7 @@ def register(computers: Computers, simulators: Simulators) -> None:
 
     @DBOS.step(name="start")
     def start(order: Order) -> Checkpoint:
-        try:
-            return compute(computers, fit_steps.start, simulators, order, seconds=time_left(order, {}))
-        except TimeEnded:
-            raise TimeBudgetEnded.before(order["time_budget"], "the search began") from None
+        return compute_whole(computers, fit_steps.start, simulators, order=order, before="the search began")
 
     @DBOS.step(name="search")
     def search(order: Order, checkpoint: Checkpoint) -> Checkpoint:

@@ -12,8 +12,10 @@ from typing import Any
 from dbos import DBOS, error
 
 from slipstick.storage.queues import QUEUES
+from slipstick.time_budget import TimeBudgetEnded
 
-from .computing import Computer
+from .computing import Computer, TimeEnded
+from .orders import Order, time_left
 
 _PROGRESS = "progress"
 
@@ -46,3 +48,12 @@ def compute(computers: Computers, step: Callable[..., dict[str, Any]], *argument
     result: dict[str, Any] = computer.run(step, *arguments, report=report, require_wanted=require_wanted,
                                              seconds=seconds)
     return result
+
+
+def compute_whole(computers: Computers, step: Callable[..., dict[str, Any]], *arguments: Any, order: Order,
+                  before: str) -> dict[str, Any]:
+    """Compute a step, with the `order` last, that has no result before its end; raises `TimeBudgetEnded`."""
+    try:
+        return compute(computers, step, *arguments, order, seconds=time_left(order, {}))
+    except TimeEnded:
+        raise TimeBudgetEnded.before(order["time_budget"], before) from None
