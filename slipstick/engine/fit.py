@@ -44,9 +44,9 @@ scatter where that is more."""
 class Fit:
     """A machine's parts with `laws` at a `state`: the `columns` of the parts, the mixed model, and its evidence.
 
-    `evidence` is the log marginal likelihood in nats, up to a constant of data and noise. `turn` maps the coefficients
-    of the mixed model to raw ones. `promised` are the nats that another step promises, less than 0 where the state is
-    beyond the reach of the prior; `converged` tells that these are few enough.
+    `evidence` is the log marginal likelihood in nats, without the determinant of the noise. `turn` maps the
+    coefficients of the mixed model to raw ones. `promised` are the nats that another step promises, less than 0 where
+    the state is beyond the reach of the prior; `converged` tells that these are few enough.
     """
 
     recorded: Recorded
