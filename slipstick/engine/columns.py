@@ -69,7 +69,8 @@ def fit_columns(recorded: Recorded, laws: Mapping[Pair, Candidate], state: State
     if shift.size and (state.points != state.means).any():
         middle = replace(state, points=np.tile(state.means, (len(recorded), 1)))
         there = {part.name: fit_part(recorded, part, middle, laws, holds=False) for part in recorded.parts}
-        shift = np.nan_to_num(_project(recorded, there, laws, middle) - _project(recorded, models, laws, state))
+        shift = _project(recorded, there, laws, middle) - _project(recorded, models, laws, state)
+        shift[~np.isfinite(shift).all(axis=(1, 2))] = 0.0  # equations may diverge at the means alone
     return Columns(models, shift)
 
 
@@ -79,7 +80,12 @@ def _project(recorded: Recorded, models: Mapping[str, PartFit], laws: Mapping[Pa
     random = len(recorded.random)
     products = assemble(recorded, models, laws, state).values[:, :random, :-1]
     precision = np.diag([1 / term.widest**2 for term in recorded.random])
-    return np.asarray(np.linalg.solve(products[:, :, :random] + precision, products[:, :, random:]))
+    is_finite = np.isfinite(products).all(axis=(1, 2))
+    products = products[is_finite]
+    projected = np.full((len(recorded), random, products.shape[2] - random), np.nan)
+    # Where equations nearly diverge, all columns are the same to the last digit, and their products have no inverse.
+    projected[is_finite] = np.linalg.pinv(products[:, :, :random] + precision, hermitian=True) @ products[:, :, random:]
+    return projected
 
 
 def join_columns(groups: Sequence[Columns], terms: Sequence[int]) -> Columns:

@@ -68,6 +68,27 @@ def test_shared_values_make_no_scatter_smaller(recorded: Recorded, monkeypatch: 
     assert max(map(abs, list_errors(own).values())) > 3
 
 
+@pytest.mark.parametrize("growth", [150.0, 2000.0])
+def test_equations_may_diverge_at_the_means_alone(growth: float) -> None:
+    """Those with a law that is tried may do so: their columns are the same but for a factor, or not finite."""
+    block = Block("amplifier", gives="level", reads=("voltage",), states=("level",), parameters=(
+        Parameter("growth", "1/s", value=0.0, scale=1.0, scatter=0.5), Parameter("gain", "1/s", value=5.0),
+        Parameter("offset", "V/s", value=0.0, scale=1.0, scatter=0.5),
+        Parameter("leakage", "1/s", value=5.0, scatter=0.0)), quantities=(Quantity("level change", relative=True),))
+
+    @block.rate
+    def amplify(x, u, q, p):  # type: ignore[no-untyped-def]
+        return p.gain * u.voltage + p.offset + (p.growth - p.leakage * (1 + q.level_change)) * x.level
+
+    machine = Machine("amplifier", (block,), (Sensor("level", "V", noise=0.01),), commands=(
+        Command("voltage", "V", profiles=(((0, 0), (0.1, 1), (0.5, -1), (1, 2)),)),), duration=1.0, step=0.01)
+    drawn = simulate_runs(machine, list_experiments(machine).take(np.zeros(24, int)), seed=1)
+    fitted = fits.fit(prepare(machine, drawn), {}, {})
+    far = replace(fitted.state, means=np.array([growth, 0.0, 0.0]))
+    with np.errstate(over="ignore", invalid="ignore"):
+        assert np.isfinite(fit_columns(fitted.recorded, {}, far).shift).all()
+
+
 def test_columns_of_groups_that_share_nothing_are_those_of_all() -> None:
     random = np.random.default_rng(1)
     groups = [Columns({}, random.normal(size=(3, *size))) for size in ((2, 4), (1, 3))]
