@@ -29,9 +29,9 @@ from slipstick.numerics.levels import list_levels
 
 _LOOSE = 0.3
 """Standard deviation of the prior of a mean that is to be calibrated, in the scale of its parameter."""
-_SUBSTEPS, _EXACT = (1, 2, 4, 8, 16, 32, 64), 1.0
-"""Numbers of steps in a sample, and the nats in all runs by which twice as many may differ: no decision depends on
-it."""
+_SUBSTEPS, _EXACT = (1, 2, 4, 8, 16, 32, 64), 0.125
+"""Numbers of steps in a sample, and the nats in all runs by which twice as many may differ: no decision depends on so
+many, and they move no coefficient by more than half of its standard error, the root of twice as many."""
 _BETWEEN = 1 / 3
 """Samples by which a sensor reads late where steps are chosen for an output that jumps with a command: no instant of
 any number of steps is there."""
