@@ -114,10 +114,9 @@ def find_kind(fit: Fit, pair: Pair) -> KindOfLaw | None:
                             [law.size**2 * float(each.variances[place]) for each in forms], _unit_of(law, degree))
                     for place, (name, degree) in enumerate(zip(form.names, form.degrees, strict=True))]
     if family.shape_name:
-        step = float(np.min(np.diff(np.unique([each.form.shape for each in forms]))) if len(forms) > 1 else 0.0)
-        coefficients.append(average(family.shape_name, [each.form.shape for each in forms],
-                                    [step**2 / 12] * len(forms),  # between the shapes that were compared
-                                    "samples" if family.shape_name == "time" else law.variable.unit))
+        shapes = np.array([each.form.shape for each in forms])
+        coefficients.append(Coefficient(family.shape_name, float(share @ shapes), *_bound(shapes, share),
+                                        "samples" if family.shape_name == "time" else law.variable.unit))
     if law.variable.kind == "lags":
         coefficients.append(_find_lateness(fitted, pair))
     return KindOfLaw(pair, family.kind, family.formed, tuple(coefficients), fitted.evidence - fit.evidence, fitted)
@@ -213,6 +212,15 @@ def _weigh_all(fit: Fit, pair: Pair, family: _Family, reach: float) -> list[_Wei
         shapes = np.linspace(forms[low].shape, forms[high].shape, _COMPARED)
     alike = [weighed[place] for place in likely if weighed[place].form.names == best.form.names]
     return sorted(alike, key=lambda each: -each.nats)
+
+
+def _bound(shapes: np.ndarray, share: np.ndarray) -> tuple[float, float]:
+    """Return the ends of the central 95 % of shapes, each with its share of those half of the way to the next ones."""
+    order = np.argsort(shapes)
+    shapes, below = shapes[order], np.append(0.0, np.cumsum(share[order]))
+    lower, upper = np.interp([0.025, 0.975], below, np.concatenate([
+        shapes[:1], 0.5 * (shapes[:-1] + shapes[1:]), shapes[-1:]]))
+    return float(lower), float(upper)
 
 
 def _weigh_shape(forms: Sequence[_Weighed], shapes: np.ndarray) -> float:

@@ -204,9 +204,12 @@ def law_table(finding: MachineFinding) -> LawTable:
 def _state_parameter(estimate: ParameterEstimate, machine: Machine,
                      before: ParameterEstimate | None = None) -> MachineParameter:
     parameter = next(each for each in machine.parameters if each.name == estimate.name)
-    half = DEVIATIONS * estimate.error
-    return MachineParameter(estimate.name, parameter.unit, estimate.mean, estimate.mean - half, estimate.mean + half,
-                            estimate.scatter, estimate.known, estimate.beyond,
+    mean, half = estimate.mean, DEVIATIONS * estimate.error
+    lower, upper = mean - half, mean + half
+    if parameter.is_factor(estimate.nominal):  # its logarithm is normal
+        lower, upper = sorted((mean * np.exp(-half / mean), mean * np.exp(half / mean)))
+    return MachineParameter(estimate.name, parameter.unit, mean, float(lower), float(upper), estimate.scatter,
+                            estimate.known, estimate.beyond,
                             estimate.nominal if parameter.first_of is None else None,
                             None if before is None else before.mean, before is not None and before.beyond)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
-from slipstick.engine.kinds import find_kind
+from slipstick.engine.kinds import _bound, find_kind
 from slipstick.engine.preparation import prepare
 from slipstick.engine.selection import identify
 from slipstick.engine.study import MachineStudy, ParameterEstimate, estimate_parameters, fit_parameters, study
@@ -139,3 +139,12 @@ def test_a_control_is_of_another_dependence_where_finding_and_rivals_are_of_all_
     assert closed is not None
     assert by_control is not None
     assert by_control < 0.5 < closed
+
+
+def test_ends_of_a_shape_are_within_the_shapes() -> None:
+    """A shape that is hardly told from larger ones has no end below all of them, as a normal one would."""
+    shapes = np.array([3.0, 1.0, 2.0, 40.0])
+    lower, upper = _bound(shapes, np.array([0.2, 0.5, 0.2, 0.1]))
+    assert 1 < lower < 1.1
+    assert 21 < upper < 40
+    assert _bound(np.array([5.0]), np.ones(1)) == (5.0, 5.0)

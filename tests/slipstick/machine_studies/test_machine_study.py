@@ -51,6 +51,19 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+def test_intervals_of_factors_are_those_of_their_logarithms(folder: Path) -> None:
+    """What multiplies a nominal value keeps its sign, however little the recordings tell."""
+    machine = Machine.open(folder / "mine.py")
+    parameters, *_ = calibrate_machine(machine, read_runs(folder / "of_mine.h5").take(np.arange(8)))
+    for each in parameters:
+        if each.name == "first temperature":
+            assert each.lower + each.upper == pytest.approx(2 * each.value)
+        else:
+            assert each.lower * each.upper == pytest.approx(each.value**2)
+    capacity = next(each for each in parameters if each.name == "heat capacity")
+    assert capacity.upper / capacity.lower > 1.05
+
+
 def test_a_study_and_a_calibration_tell_first_that_a_unit_may_be_wrong(folder: Path) -> None:
     machine, runs = Machine.open(folder / "mine.py"), read_runs(folder / "of_mine.h5").take(np.arange(6))
     right, _ = study_machine(machine, runs)
