@@ -317,6 +317,12 @@ def warnings(result: MachineStudyResult) -> Entries:
     entries += [("Not told apart:", f"{within(finding.title)}, and "
                  f"{listed([within(rival.title) for rival in finding.rivals])}.")
                 for finding in result.findings if finding.rivals]
+    switching = {name for block in result.blocks for name in block.switches}
+    entries += [(f"Dry friction: {within(finding.title)}.",
+                 f"If {finding.depends_on} is a state that may come to rest, declare it among the `switches` of its "
+                 "block, and study again: without that it is not held at rest, and the form about 0 may be off.")
+                for finding in result.findings
+                if (finding.kind or "").endswith("friction") and finding.depends_on not in switching]
     beyond = [each.name for each in result.parameters if each.beyond]
     if beyond:
         entries.append(("Outside of what is declared:", f"{listed(beyond)}. A declaration that is too tight may look "

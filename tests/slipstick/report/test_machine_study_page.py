@@ -225,3 +225,14 @@ def test_the_gain_error_of_a_sensor_is_told_over_its_readings() -> None:
                     for part in section.parts if isinstance(part, Items) and "Law:" in dict(part.entries))
     assert text.startswith("The error of the speed sensor rises by 12 rad/s as the reading grows from -200 to 400 rad/s"
                            .replace("-", "−"))
+
+
+def test_dry_friction_over_what_is_not_declared_to_come_to_rest_is_warned_about() -> None:
+    rubbing = replace(make_finding(FRICTION, "shaft"), kind="Stribeck friction")
+    [(said, remedy)] = warnings(make_result(rubbing))
+    assert said == f"Dry friction: {name_finding(FRICTION)[0].lower()}{name_finding(FRICTION)[1:]}."
+    assert "declare it among the `switches`" in remedy
+    result = make_result(rubbing)
+    winding, shaft = result.blocks
+    assert not warnings(replace(result, blocks=[winding, replace(shaft, switches=["speed"])]))
+    assert not warnings(make_result(replace(rubbing, kind="proportional")))
