@@ -148,3 +148,14 @@ def test_ends_of_a_shape_are_within_the_shapes() -> None:
     assert 1 < lower < 1.1
     assert 21 < upper < 40
     assert _bound(np.array([5.0]), np.ones(1)) == (5.0, 5.0)
+
+
+def test_a_gain_may_fall_with_the_magnitude_of_a_current() -> None:
+    motor = replace(declare().blocks[0], quantities=(Quantity("gain change", relative=True, over=("current",)),))
+    motor.output(lambda x, u, q, p: p.gain * (1 + q.gain_change) * u.current)
+    fitted, = identify(prepare(replace(declare(), blocks=(motor,)), record(3, drag=0.05 * GAIN))).fits
+    kind = find_kind(fitted, ("gain change", "current"))
+    assert kind is not None
+    assert kind.name == "linear in the magnitude"
+    slope, = kind.coefficients  # the constant is that of the gain
+    assert slope.value * estimate_parameters(kind.fit)[0].mean == pytest.approx(-0.05 * GAIN, rel=0.01)
