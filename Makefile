@@ -37,7 +37,8 @@ demo-stop: setup ## stop the service and the worker of the demo
 # What tests share is compiled before, so that they do not compile it at the same time: kernels and modules.
 $(VENV)/.compiled: $(VENV)/.stamp $(shell find slipstick worker -name '*.py')
 	@$(BIN)/python -m worker.rehearsal clutch & $(BIN)/python -m worker.rehearsal machines & \
-	  $(BIN)/python -m pytest --collect-only --quiet > /dev/null && wait
+	  { $(BIN)/python -m pytest --collect-only --quiet > $(VENV)/collected.log || { tail -n 20 $(VENV)/collected.log; exit 1; }; } \
+	  && wait
 	@touch $@
 
 test: setup ## ruff, mypy and the tests (five and a half minutes on two cores)

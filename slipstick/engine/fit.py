@@ -147,12 +147,13 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
         variance: np.ndarray | None = None, settled: float = 0.0, needed: float = -np.inf) -> Fit:
     """Fit the parts with laws from a state on, where laws that it lacks are 0; some priors are kept.
 
-    The fit ends where a step promises less than `settled` nats, of which SETTLED are the least, where it gains nothing
-    any more, or where it will stay short of the evidence that is `needed`. Columns are kept over the steps as long as
-    each promises much less than the one before (a chord method: Kelley, Iterative Methods for Linear and Nonlinear
-    Equations, 1995, section 5.4.1), and are those of the state where it ends. With the columns, the noise that a model
-    carries changes as well, so that the solution is the fixed point of these steps: where they lead away from it, or
-    past it and back, half of the way is gone (under-relaxation).
+    The fit ends where a step promises less than `settled` nats, of which SETTLED are the least, and fewer where the
+    last columns have gained more than they promised; where it gains nothing any more, or where it will stay short of
+    the evidence that is `needed`. Columns are kept over the steps as long as each promises much less than the one
+    before (a chord method: Kelley, Iterative Methods for Linear and Nonlinear Equations, 1995, section 5.4.1), and are
+    those of the state where it ends. With the columns, the noise that a model carries changes as well, so that the
+    solution is the fixed point of these steps: where they lead away from it, or past it and back, half of the way is
+    gone (under-relaxation).
     """
     state, settled = state or begin(recorded), max(settled, SETTLED)
     variance = np.full(len(recorded.random), _FIRST) if variance is None else np.maximum(variance, _FIRST * 1e-4)
@@ -165,8 +166,11 @@ def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair
         solved = _solve(recorded, columns, laws, priors, variance, state)
         if solved is None or not np.isfinite(evidence := solved.evidence):  # squares may overflow where values do not
             break
+        # What the last columns have gained beside what they promised tells how far these can be believed.
+        trusted = 1.0 if last is None else min(1.0, max(last.promised, 0.0) / max(evidence - last.evidence, SETTLED))
         current = Fit(recorded, dict(laws), solved.priors, solved.state, columns.release(), solved.products,
-                      solved.fitted, solved.turn, evidence, solved.promised, abs(solved.promised) < settled)
+                      solved.fitted, solved.turn, evidence, solved.promised,
+                      abs(solved.promised) < max(trusted * settled, SETTLED))
         if current.converged:  # at the fixed point, and not where steps to it happened to pass
             return current
         worse += 1
