@@ -75,7 +75,7 @@ def _draw(recorded: Recorded, state: State, others: np.ndarray, random: np.rando
 def _descend(recorded: Recorded, laws: Mapping[Pair, Candidate], state: State) -> tuple[State, np.ndarray]:
     """Return the state after damped steps, and the squares (n,) that it leaves, over the number of samples."""
     n, random = len(recorded), len(recorded.random)
-    precision = np.array([1 / term.widest**2 for term in recorded.random])
+    precision = 1 / recorded.widest**2
     samples = np.maximum(np.sum([part.counted.sum(axis=(1, 2)) for part in recorded.parts], axis=0), 1)
     damping = np.full(n, _DAMPED)
 

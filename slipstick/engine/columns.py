@@ -79,7 +79,7 @@ def _project(recorded: Recorded, models: Mapping[str, PartFit], laws: Mapping[Pa
     """Return for how much (n, q, f) of each random term of a run each coefficient that runs share makes up."""
     random = len(recorded.random)
     products = assemble(recorded, models, laws, state).values[:, :random, :-1]
-    precision = np.diag([1 / term.widest**2 for term in recorded.random])
+    precision = np.diag(1 / recorded.widest**2)
     is_finite = np.isfinite(products).all(axis=(1, 2))
     products = products[is_finite]
     projected = np.full((len(recorded), random, products.shape[2] - random), np.nan)
@@ -95,10 +95,10 @@ def join_columns(groups: Sequence[Columns], terms: Sequence[int]) -> Columns:
     """
     models = {name: model for each in groups for name, model in each.models.items()}
     count = [each.shift.shape[2] for each in groups]
-    firsts = np.cumsum([0, *(each.shift.shape[1] for each in groups)])
-    shift = np.zeros((len(groups[0].shift), firsts[-1], sum(count)))
-    places = [*np.split(np.arange(sum(terms)), np.cumsum(terms)[:-1])]
+    ends = np.cumsum([0, *(each.shift.shape[1] for each in groups)])
+    shift = np.zeros((len(groups[0].shift), ends[-1], sum(count)))
+    shared = np.split(np.arange(sum(terms)), np.cumsum(terms)[:-1])
     laws = np.split(np.arange(sum(terms), sum(count)), np.cumsum(np.subtract(count, terms))[:-1])
-    for each, first, own, further in zip(groups, firsts, places, laws, strict=False):
-        shift[:, first:first + each.shift.shape[1], np.concatenate([own, further])] = each.shift
+    for each, first, last, *own in zip(groups, ends[:-1], ends[1:], shared, laws, strict=True):
+        shift[:, first:last, np.concatenate(own)] = each.shift
     return Columns(models, shift)

@@ -234,7 +234,8 @@ def _solve(recorded: Recorded, columns: Columns, laws: Mapping[Pair, Candidate],
         return None
     try:
         # Adapted priors may be worse: those of a law that parameters replace, if they are far beyond their reach.
-        chosen = [adapt_priors(products, laws, priors, variance), *([dict(priors)] if laws else [])]
+        adapted = adapt_priors(products, laws, priors, variance)
+        chosen = [adapted, *([dict(priors)] if any(adapted[pair] is not priors[pair] for pair in laws) else [])]
         return max((_solve_with(each, products, laws, variance, state) for each in chosen),
                    key=lambda each: each.restricted)
     except np.linalg.LinAlgError:  # of values so large that no digit of the priors is left
@@ -354,7 +355,7 @@ def _moved(recorded: Recorded, columns: Columns, laws: Mapping[Pair, Candidate],
     points = raw[:, :random] + columns.shift @ (raw[0, random:] - list_shared(laws, state))
     ends = np.cumsum([random + shared, *(law.count for law in laws.values())])
     values = {pair: raw[0, first:last] for pair, first, last in zip(laws, ends[:-1], ends[1:], strict=True)}
-    furthest = np.maximum(_FURTHEST, [_WIDTHS * term.widest for term in recorded.random])
+    furthest = np.maximum(_FURTHEST, _WIDTHS * recorded.widest)
     return replace(state, points=np.clip(points, -furthest, furthest),
                    means=fitted.coefficients[:random],
                    shared=raw[0, random:random + shared], laws=values)

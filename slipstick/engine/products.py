@@ -43,7 +43,7 @@ class Products:
         free = turn.shape[1] - 1 - len(precision)
         products = self._turn(self._turn(self.values, roots).transpose(0, 2, 1), roots)
         return Gram(products, len(random), np.append(precision, np.ones(free)), np.append(target, np.zeros(free)),
-                    _BEYOND * np.array([term.widest for term in random])), turn
+                    _BEYOND * self.recorded.widest), turn
 
     def _turn(self, values: np.ndarray, roots: Sequence[np.ndarray]) -> np.ndarray:
         """Return products (n, c, c) with roots in the place of the raw coefficients of laws in the last axis."""

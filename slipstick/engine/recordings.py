@@ -167,6 +167,11 @@ class Recorded:
     def __len__(self) -> int:
         return len(self.runs)
 
+    @property
+    def widest(self) -> np.ndarray:
+        """Largest standard deviations (r,) of the random terms between runs, as they are declared."""
+        return np.array([term.widest for term in self.random])
+
     def take(self, rows: slice | np.ndarray) -> "Recorded":
         """Return the runs `rows`, without doing anything anew."""
         return replace(self, runs=self.runs.take(rows), parts=tuple(part.take(rows) for part in self.parts),

@@ -513,8 +513,8 @@ def _renew_part(part: Part, model: PartFit, recorded: Recorded) -> Part:
 def _doubt(bare: Fit, settings: EngineSettings) -> np.ndarray:
     """Return robust deviations (n,) of the runs, by chi-square of the parts and by parameters."""
     chi = np.log(np.maximum(np.array(list(bare.chi_square.values())), _LEAST_CHI)).T
-    widest = np.array([term.widest for term in bare.recorded.random])
-    by_squares, by_parameters = _deviate(chi, settings.least_spread), np.abs(_deviate(bare.state.points, widest))
+    by_squares = _deviate(chi, settings.least_spread)
+    by_parameters = np.abs(_deviate(bare.state.points, bare.recorded.widest))
     return np.asarray(np.maximum(by_squares.max(axis=1), by_parameters.max(axis=1, initial=0.0)))
 
 
