@@ -24,10 +24,11 @@ def answer_by_engine(case: str, described: Path, recorded: Path, settings: Engin
     """Name what is missing in another machine, or in a clutch."""
     read = read_machine if described.name == "machine.json" else _read_clutch
     answer = identify_runs(*read(described, recorded), settings)
+    both = [answer, *([answer.apart] if answer.apart is not None else [])]
     findings = tuple(NamedPair(translate(finding.pair), tuple(translate(rival) for rival in finding.rivals),
-                               nats=round(finding.nats, 1)) for finding in answer.findings)
-    laws = tuple(_state_law(measure(fit, finding.pair)) for finding in answer.findings for fit in answer.fits
-                 if finding.pair in fit.laws)
+                               nats=round(finding.nats, 1)) for each in both for finding in each.findings)
+    laws = tuple(_state_law(measure(fit, finding.pair)) for each in both for finding in each.findings
+                 for fit in each.fits if finding.pair in fit.laws)
     return Answer(case, findings, answer.unexplained, set_aside=answer.set_aside,
                   laws=tuple(law for law in laws if law is not None), seconds=round(answer.seconds, 1))
 

@@ -13,6 +13,8 @@ from slipstick.engine.priors import Prior, choose_prior, count_replaced
 from slipstick.engine.products import Products
 from slipstick.engine.recordings import Pair
 
+FEWEST = 3
+"""Runs of which it can be said that they agree: with fewer, nothing would ever be named or unexplained."""
 _WORTH = 2.0
 """Nats at fixed variances below which a candidate is not compared further."""
 
@@ -130,3 +132,12 @@ def agree(gains: np.ndarray, expected: np.ndarray) -> float:
     slope = float(expected @ roots) / square
     spread = float(((roots - slope * expected) ** 2).sum()) / (len(roots) - 1)
     return float(slope / max(np.sqrt(spread / square), 1e-9))
+
+
+def agree_without_best(gains: np.ndarray, _: np.ndarray) -> float:
+    """Return the agreement of few runs in standard errors: the signed root of twice the gain of all but the best one.
+
+    Gains of some three runs hardly tell how much they scatter.
+    """
+    left = float(gains.sum() - gains.max())
+    return float(np.sign(left) * np.sqrt(2 * abs(left)))

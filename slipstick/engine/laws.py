@@ -41,6 +41,12 @@ class Candidate:
         """Return the candidate with few coefficients."""
         return replace(self, variables={name: variable.coarse() for name, variable in self.variables.items()})
 
+    def with_knots(self, law: "Candidate") -> "Candidate":
+        """Return the candidate with the knots of a law of the same pair."""
+        first = law.variable
+        return replace(self, variables={name: replace(variable, knots=first.knots, jumps=first.jumps)
+                                        for name, variable in self.variables.items()})
+
     def renew(self, recorded: Recorded) -> "Candidate":
         """Return the candidate over signals as they are explained now."""
         def read(variable: Variable, part: Part) -> Variable:

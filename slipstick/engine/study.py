@@ -27,8 +27,9 @@ from slipstick.engine.measured_law import Law, measure
 from slipstick.engine.model import State
 from slipstick.engine.preparation import prepare
 from slipstick.engine.recordings import Pair, Part, Recorded
-from slipstick.engine.selection import Finding, Identification, fit_bare, identify, list_unexplained, settle
+from slipstick.engine.selection import Finding, Identification, identify
 from slipstick.engine.settings import EngineSettings
+from slipstick.engine.settling import fit_bare, list_unexplained, settle
 from slipstick.engine.simulation import simulate
 from slipstick.errors import InvalidValue
 from slipstick.machine.declaration import Machine
@@ -108,7 +109,8 @@ class MachineStudy:
 
     `kinds` are those of the laws that a kind explains as well; a law without one stays a measured law. `parameters`
     belong to the measured laws, and `parameters_beside_kinds` to the equations of the kinds: what a parameter and a law
-    share, such as the line of a law, they may share otherwise.
+    share, such as the line of a law, they may share otherwise. `apart` are the law and the kind of what runs that are
+    set aside ask for, if they ask for any.
     `confirmation` is missing where nothing was found that the whole machine can have: errors of sensors change nothing
     of it, and it is driven by no measured signal. The `digest` is that of settings, machine and kinds.
     """
@@ -119,6 +121,7 @@ class MachineStudy:
     kinds: tuple[KindOfLaw, ...]
     parameters: tuple[ParameterEstimate, ...]
     parameters_beside_kinds: tuple[ParameterEstimate, ...]
+    apart: tuple[tuple[Law, ...], tuple[KindOfLaw, ...]]
     confirmation: Confirmation | None
     digest: str
     seconds: float
@@ -150,19 +153,25 @@ def study(machine: Machine, runs: Runs, values: Mapping[str, float] | None = Non
     """
     began, settings = time.perf_counter(), settings or EngineSettings()
     named = identify_runs(machine, runs, values, settings, log, executor)
-    named_laws = [(each, finding.pair) for finding in named.findings for each in named.fits
-                  if finding.pair in each.laws]
-    laws = tuple(measure(each, pair) for each, pair in named_laws)
-    kinds = [find_kinds(each, [pair for fit, pair in named_laws if fit is each]) for each in named.fits]
+    laws, kinds = _tell_laws(named)
     beside = [of_fit[-1].fit if of_fit else each for each, of_fit in zip(named.fits, kinds, strict=True)]
+    apart, kinds_apart = ((), []) if named.apart is None else _tell_laws(named.apart)
     studied = MachineStudy(machine, named, laws, tuple(chain(*kinds)), estimate_parameters(join(named.fits)),
-                           estimate_parameters(join(beside)), None, digest(settings, machine, KINDS),
-                           time.perf_counter() - began)
+                           estimate_parameters(join(beside)), (apart, tuple(chain(*kinds_apart))), None,
+                           digest(settings, machine, KINDS), time.perf_counter() - began)
     if not named.findings:
         return studied
     keep(studied)
     confirmation = _confirm(machine, runs, values, named, log)
     return replace(studied, confirmation=confirmation, seconds=time.perf_counter() - began)
+
+
+def _tell_laws(named: Identification) -> tuple[tuple[Law, ...], list[tuple[KindOfLaw, ...]]]:
+    """Return the measured laws of the findings, and the kinds of those of each fit."""
+    pairs = [[finding.pair for finding in named.findings if finding.pair in each.laws] for each in named.fits]
+    measured = {pair: measure(each, pair) for each, of_fit in zip(named.fits, pairs, strict=True) for pair in of_fit}
+    return (tuple(measured[finding.pair] for finding in named.findings),
+            [tuple(find_kinds(each, of_fit)) for each, of_fit in zip(named.fits, pairs, strict=True)])
 
 
 @_TRIALS
@@ -248,7 +257,7 @@ def _confirm(machine: Machine, runs: Runs, values: Mapping[str, float] | None, n
     start, variance = _begin_whole(whole, blocks)
     bare = fit_bare(whole, start, variance)
     candidates = {each.pair: each for each in list_candidates(whole, {part.name: bare.models[part.name].own()})}
-    laws = {pair: _with_knots(candidates[pair], law) for pair, law in blocks.laws.items() if pair in candidates}
+    laws = {pair: candidates[pair].with_knots(law) for pair, law in blocks.laws.items() if pair in candidates}
     if not laws:
         return None
     log(Doing("extend", f"Fitting the whole machine with laws; without them, {_remark(bare)}"))
@@ -297,13 +306,6 @@ def _hear_inputs(part: Part, blocks: Sequence[Part]) -> Part:
         inputs[name], beyond[name][:, :samples] = refine(read, part.fine), block.beyond[name]
     return replace(part, noise=noise, inputs=inputs, beyond=beyond,
                    input_loudness=np.stack(loudness, axis=1) if loudness else part.input_loudness)
-
-
-def _with_knots(candidate: Candidate, law: Candidate) -> Candidate:
-    """Return the candidate of the whole machine with the knots of the blocks' law."""
-    first = law.variable
-    return replace(candidate, variables={name: replace(variable, knots=first.knots, jumps=first.jumps)
-                                         for name, variable in candidate.variables.items()})
 
 
 def _choose_control(bare: Fit, candidates: Sequence[Candidate], findings: Sequence[Finding]) -> Screened:

@@ -62,6 +62,11 @@ class FindingOfMachine(NamedFinding[MachineFinding]):
         return self.result.kind
 
     @property
+    def runs(self) -> list[int]:
+        """Runs, numbered from 0, in which alone it acts, and which are set aside; empty where it acts in all."""
+        return self.result.runs
+
+    @property
     def coefficients(self) -> list[Coefficient]:
         """Coefficients of that kind with units and 95 % intervals."""
         return self.result.coefficients

@@ -52,7 +52,8 @@ class MachineFinding:
     nats: float
     """Gain in log marginal likelihood."""
     errors: float
-    """Standard errors in which the runs agree about it."""
+    """Standard errors in which the runs agree about it; of a finding in a few runs, the root of twice the nats that all
+    but the best of them gain."""
     rivals: list[Rival]
     """Pairs that the recordings do not tell apart from it."""
     law: Law | None
@@ -63,6 +64,9 @@ class MachineFinding:
     have, and in a partial result."""
     next_best: Rival | None = None
     """The pair that gains most of those that it leads; null without one."""
+    runs: list[int] = field(default_factory=list)
+    """Runs, numbered from 0 as recorded, in which alone it acts: they are set aside, and like all others with it; empty
+    where it acts in all."""
 
 
 @dataclass(frozen=True)
@@ -169,7 +173,8 @@ class MachineStudyResult:
     gap: MachineGap | None
     """The gap of the whole machine; null where nothing was found, and in a partial result."""
     set_aside: list[int]
-    """Runs, numbered from 0 as recorded, that are far worse than all others and are not used."""
+    """Runs, numbered from 0 as recorded, that are far worse than all others and are not used; a finding may explain
+    some of them."""
     runs: int
     """Number of runs that were used."""
     noise: dict[str, float]

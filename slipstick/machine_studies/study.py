@@ -10,11 +10,12 @@ import numpy as np
 
 from slipstick.black_box.ranges import simulate_ranges
 from slipstick.engine.doing import Doing, Step
+from slipstick.engine.evidence import FEWEST
 from slipstick.engine.fit import Fit, join
 from slipstick.engine.kinds import KindOfLaw
 from slipstick.engine.measured_law import DEVIATIONS
 from slipstick.engine.measured_law import Law as EngineLaw
-from slipstick.engine.selection import Finding
+from slipstick.engine.selection import Finding, Identification
 from slipstick.engine.settings import EngineSettings
 from slipstick.engine.study import (
     Confirmation,
@@ -48,8 +49,6 @@ from slipstick.studies.finding import Coefficient, Law
 from slipstick.studies.progress import Log, Steps
 from slipstick.time_budget import Partial
 
-_FEWEST = 3
-"""Runs of which it can be said that they agree: with fewer, nothing would ever be named or unexplained."""
 _SHOWN, _POINTS = 3, 400
 """Runs that are shown, and the points of a curve: more than a picture resolves."""
 
@@ -79,8 +78,8 @@ def study_machine(machine: Machine, runs: Runs, settings: EngineSettings | None 
 
 def require_enough(runs: Runs) -> None:
     """Raise `BadRecording` for runs that are too few for a study."""
-    if len(runs) < _FEWEST:
-        raise BadRecording(f"A study needs at least {_FEWEST} runs that can agree, and the recordings have {len(runs)}",
+    if len(runs) < FEWEST:
+        raise BadRecording(f"A study needs at least {FEWEST} runs that can agree, and the recordings have {len(runs)}",
                            "Record some 20 to 60 runs that differ in commands and conditions, or cut a long recording "
                            "into runs by [runs] in the mapping")
 
@@ -128,10 +127,14 @@ def end_early(studied: Studied, budget: float) -> Studied:
 
 
 def _conclude(studied: MachineStudy, runs: Runs, doubts: list[str]) -> Studied:
-    named, confirmation = studied.identification, studied.confirmation
-    findings = [_state_finding(finding, studied) for finding in named.findings]
+    machine, named, confirmation = studied.machine, studied.identification, studied.confirmation
+    findings = [_state_finding(finding, machine, named, (studied.laws, studied.kinds), confirmation)
+                for finding in named.findings]
+    if named.apart is not None:
+        findings += [replace(_state_finding(finding, machine, named.apart, studied.apart, None),
+                             runs=named.apart.rows.tolist()) for finding in named.apart.findings]
     fitted, bare = join(named.fits), join(named.bare)
-    machine, unexplained = studied.machine, named.unexplained
+    unexplained = named.unexplained
     declared = {block.name: set(block.signals) for block in machine.blocks}
     after, before = ({name: float(np.median(chi)) for name, chi in fit.chi_square.items()} for fit in (fitted, bare))
     settled = {name: fit.converged for fit in named.fits for name in fit.models}
@@ -150,28 +153,31 @@ def _conclude(studied: MachineStudy, runs: Runs, doubts: list[str]) -> Studied:
         kind = "tie" if findings[0].rivals else "effect" if findings[0].kind else "unlisted"
     else:
         kind = "unlisted" if unexplained else "none"
-    without = {each.name: each for each in estimate_parameters(bare)} if findings else {}
+    without = {each.name: each for each in estimate_parameters(bare)} if named.findings else {}
     result = MachineStudyResult(
         machine.name, kind, answer(findings, unexplained), findings, blocks,
         [_state_parameter(each, machine, without.get(each.name)) for each in studied.parameters_beside_kinds],
         None if confirmation is None else _state_gap(confirmation), list(named.set_aside), len(fitted.recorded.rows),
         noise, {**runs.units, **units_of(machine)}, runs.digest, studied.digest,
         seen=_list_seen(runs.take(fitted.recorded.rows)), doubts=doubts, run_names=list(runs.names))
-    models = {"before": bare} | ({"after": fitted} if findings else {})
+    models = {"before": bare} | ({"after": fitted} if named.findings else {})
+    if named.apart is not None and not named.findings:
+        models = {"before": join(named.apart.bare), "after": join(named.apart.fits)}
     if confirmation is not None:
         models = {"before": confirmation.bare, "after": confirmation.fit}
     return result, MachineFigures(_show_runs(models))
 
 
-def _state_finding(finding: Finding, studied: MachineStudy) -> MachineFinding:
-    pair, confirmation = finding.pair, studied.confirmation
-    law = next((law for law in studied.laws if law.pair == pair), None)
-    kind = next((kind for kind in studied.kinds if kind.pair == pair), None)
+def _state_finding(finding: Finding, machine: Machine, named: Identification,
+                   measured: tuple[tuple[EngineLaw, ...], tuple[KindOfLaw, ...]],
+                   confirmation: Confirmation | None) -> MachineFinding:
+    pair = finding.pair
+    laws, kinds = measured
+    law, kind = next((law for law in laws if law.pair == pair), None), next((k for k in kinds if k.pair == pair), None)
     is_simulated = confirmation is not None and not pair[0].endswith(SENSOR) and any(
         law.pair == pair for law in confirmation.laws)
-    blocks = sorted({name for fit in studied.identification.fits if pair in fit.laws
-                     for name in fit.laws[pair].variables})
-    effect = None if kind is None else studied.machine.effect_of(pair, kind.name)
+    blocks = sorted({name for fit in named.fits if pair in fit.laws for name in fit.laws[pair].variables})
+    effect = None if kind is None else machine.effect_of(pair, kind.name)
     others = {lead.pair: Rival(name_finding(lead.pair), *lead.pair, lead.nats, lead.errors) for lead in finding.leads}
     return MachineFinding(
         name_finding(pair, None if kind is None else kind.name, None if effect is None else effect.name), *pair,

@@ -43,4 +43,5 @@ def answer(findings: Sequence[MachineFinding], unexplained: Sequence[str]) -> st
 def _describe(finding: MachineFinding, findings: Sequence[MachineFinding]) -> str:
     others = tell_others(finding, findings, [rival.title for rival in finding.rivals])
     return (finding.title[0].lower() + finding.title[1:] + others
+            + f", in the runs {list_findings([str(run) for run in finding.runs])} alone" * bool(finding.runs)
             + " (not confirmed by the simulation of the whole machine)" * (finding.confirmed is False))

@@ -24,7 +24,8 @@ _MEASURED = "measured"
 
 def machine_pictures(result: MachineStudyResult, figures: MachineFigures) -> dict[str, Spec]:
     """Return name -> specification of each picture for which there are data."""
-    specs = {"overlay": _draw_overlay(result, figures), "law": draw_laws(result.findings, LEVEL, "runs"),
+    runs = "runs that show it" if any(finding.runs for finding in result.findings) else "runs"
+    specs = {"overlay": _draw_overlay(result, figures), "law": draw_laws(result.findings, LEVEL, runs),
              "signals": _draw_signals(result, figures)}
     return {name: spec for name, spec in specs.items() if spec is not None}
 

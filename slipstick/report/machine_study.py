@@ -149,17 +149,18 @@ def advise(result: MachineStudyResult) -> Section:
     parts: list[Part] = []
     several = len(result.findings) > 1
     for place, finding in enumerate(result.findings, 1):
-        parts += _advise_finding(finding, result, f"{place}. " * several)
+        parts += (_advise_runs if finding.runs else _advise_finding)(finding, result, f"{place}. " * several)
     if not result.findings:
         parts.append(Items([_advise_without(result)]))
     entries: Entries = []
+    general = [finding for finding in result.findings if not finding.runs]
     is_taken = result.kind == "none" or any(finding.confirmed is not False for finding in result.findings)
     if is_taken and not any(_leaves_much(block) or not block.converged for block in result.blocks):
         rows: list[tuple[str, ...]] = [(each.name, *_state_value(each), _declared(each))
                                        for each in result.parameters if _is_changed(each)]
         text = "these parameters, whose intervals exclude what is declared. The table “Parameters” has the others." if \
             rows else "no parameter: the intervals of all that the recordings determine contain what is declared."
-        parts.append(Items([(say_take_over(len(result.findings)), text)]))
+        parts.append(Items([(say_take_over(len(general)), text)]))
         parts += [_new_values(rows)] if rows else []
     if result.gap is not None:
         entries.append(("What it is worth:", lead(result)))
@@ -204,6 +205,16 @@ def _advise_finding(finding: MachineFinding, result: MachineStudyResult, prefix:
     if law is not None and law.x is not None:
         parts += attach_laws([("The measured law as a file:", law_table(finding))])
     return parts
+
+
+def _advise_runs(finding: MachineFinding, result: MachineStudyResult, prefix: str) -> list[Part]:
+    """Return what to do about a finding in a few runs: the model is right for all others."""
+    runs = listed([name_run(run, result.run_names) for run in finding.runs])
+    entries: Entries = [(f"{prefix}Find out what differs in these runs:", f"{runs}. {finding.title} makes them like "
+                         "all others, which are explained without it: do not add it to the model of these.")]
+    if finding.law is not None:
+        entries.append(("Measured:", f"{headline(finding, finding.law)}."))
+    return [Items(entries)]
 
 
 def _new_values(rows: list[tuple[str, ...]]) -> Table:
@@ -272,6 +283,10 @@ def _list_runs(result: MachineStudyResult) -> list[str]:
 
 
 def _describe_next(finding: MachineFinding) -> Iterator[str]:
+    if finding.runs:
+        yield (f"repeat the runs {listed([str(run) for run in finding.runs])} with the same commands and conditions: "
+               "does it come back?")
+        return
     pairs: list[Paired] = [finding, *finding.rivals]
     if not finding.rivals:
         if finding.law is not None and (weakest := find_weakest(finding, finding.law)):
@@ -295,10 +310,11 @@ def warnings(result: MachineStudyResult) -> Entries:
     if result.runs < _FEW:
         entries.append((f"Few runs: {result.runs}.", "What is named must show in runs that agree, so that more may be "
                         "missing than so few can tell. Record some 20 to 60 that differ in commands and conditions."))
-    if result.set_aside:
-        entries.append((f"Set aside: run{'s' * (len(result.set_aside) > 1)} "
-                        f"{listed([name_run(run, result.run_names) for run in result.set_aside])},",
-                        "numbered from 0: far worse than all others and not used. Look at the signals."))
+    explained = {run for finding in result.findings for run in finding.runs}
+    if bad := [name_run(run, result.run_names) for run in result.set_aside if run not in explained]:
+        entries.append((f"Set aside: run{'s' * (len(bad) > 1)} {listed(bad)},", "numbered from 0: far worse than all "
+                        "others and not used" + ", and not explained by what explains others of these" * bool(explained)
+                        + ". Look at the signals."))
     entries += [(f"Unexplained: block “{block.name}”.", f"Reduced chi-square is {block.chi_square:.2f} with all "
                  "findings, and no candidate explains the rest. Findings and intervals may be off.")
                 for block in result.blocks if block.unexplained]
@@ -357,6 +373,10 @@ def _describe(finding: MachineFinding) -> list[Part]:
         entries.append(("Law:", law.strip()))
     if finding.equation is not None:
         entries.append(("Equation:", f"{units.raised(finding.equation)}{_describe_zero(finding)}."))
+    if finding.runs:
+        entries.append(("Where:", f"in the runs {listed([str(run) for run in finding.runs])} alone, which are set "
+                        "aside. Parameters and their scatter are those that all other runs tell, and with the law, "
+                        "these runs are described as well as the others."))
     entries.append(("Evidence:", f"a gain of {units.number(finding.nats, 4)} nats in log marginal likelihood "
                     f"(natural logarithm: {units.number(finding.nats / math.log(10))} factors of ten), about which the "
                     f"runs agree by {units.number(finding.errors)} standard errors, in "

@@ -16,8 +16,8 @@ from evidence.real.measured import Expected, plot_law, state_law
 from slipstick.engine.evidence import multiply, screen
 from slipstick.engine.laws import list_candidates
 from slipstick.engine.recordings import Recorded
-from slipstick.engine.selection import settle
 from slipstick.engine.settings import EngineSettings
+from slipstick.engine.settling import settle
 from slipstick.engine.simulation import simulate
 from slipstick.engine.study import estimate_parameters
 from slipstick.machine import Profile

@@ -7,8 +7,9 @@ from slipstick.engine.measured_law import measure
 from slipstick.engine.noise import Noise, draw_noise
 from slipstick.engine.preparation import prepare
 from slipstick.engine.recordings import Recorded
-from slipstick.engine.selection import Identification, identify, settle
+from slipstick.engine.selection import Identification, identify
 from slipstick.engine.settings import EngineSettings
+from slipstick.engine.settling import settle
 from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Runs, Sensor
 from slipstick.numerics.piecewise import hats
 

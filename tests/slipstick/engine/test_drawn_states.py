@@ -7,7 +7,7 @@ from slipstick.engine.fit import Fit, begin
 from slipstick.engine.model import build_part
 from slipstick.engine.preparation import prepare
 from slipstick.engine.recordings import Recorded
-from slipstick.engine.selection import fit_bare
+from slipstick.engine.settling import fit_bare
 from slipstick.machine import Block, Command, Machine, Parameter, Profile, Runs, Sensor
 
 RUNS, TIME, DRY, NOISE = 12, np.linspace(0, 2, 201), 0.5, 2e-3

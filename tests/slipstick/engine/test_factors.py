@@ -7,7 +7,7 @@ from slipstick.engine.evidence import multiply, screen
 from slipstick.engine.fit import Fit
 from slipstick.engine.laws import list_candidates
 from slipstick.engine.preparation import prepare
-from slipstick.engine.selection import fit_bare
+from slipstick.engine.settling import fit_bare
 from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Runs, Sensor
 
 RUNS, STEPS, WITHIN = 40, 20, 0.03

@@ -5,7 +5,7 @@ import numpy as np
 from slipstick.engine.laws import list_candidates
 from slipstick.engine.preparation import prepare
 from slipstick.engine.priors import Prior
-from slipstick.engine.selection import fit_bare
+from slipstick.engine.settling import fit_bare
 from slipstick.engine.simulation import simulate_runs
 from slipstick.machine import Block, Command, Condition, Machine, Parameter, Quantity, Sensor, list_experiments
 

@@ -18,8 +18,9 @@ from slipstick.engine.measured_law import measure
 from slipstick.engine.preparation import prepare
 from slipstick.engine.priors import Prior
 from slipstick.engine.recordings import Recorded
-from slipstick.engine.selection import Identification, _is_unexplained, _Search, identify, settle, temper
+from slipstick.engine.selection import Identification, _Search, identify
 from slipstick.engine.settings import EngineSettings
+from slipstick.engine.settling import is_unexplained, settle, temper
 from slipstick.engine.simulation import simulate
 from slipstick.engine.study import MachineStudy, _compare, study
 from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Runs, Sensor
@@ -253,8 +254,8 @@ def test_runs_that_differ_much_do_not_hide_that_more_than_noise_is_left() -> Non
     noise, left = np.exp(0.15 * normal), np.exp(1.0 + 1.7 * normal)
     spread = left.std(ddof=1) / np.sqrt(len(left))
     assert left.mean() - 1 < EngineSettings().errors * spread  # in the mean, it would not show
-    assert _is_unexplained(left, EngineSettings())
-    assert not _is_unexplained(noise, EngineSettings())
+    assert is_unexplained(left, EngineSettings())
+    assert not is_unexplained(noise, EngineSettings())
 
 
 def test_blocks_that_have_a_parameter_of_all_runs_in_common_are_fitted_together() -> None:

@@ -8,8 +8,9 @@ import pytest
 from slipstick.engine.fit import Fit
 from slipstick.engine.noise import Noise, draw_noise
 from slipstick.engine.preparation import prepare
-from slipstick.engine.selection import identify, settle
+from slipstick.engine.selection import identify
 from slipstick.engine.settings import EngineSettings
+from slipstick.engine.settling import settle
 from slipstick.engine.simulation import simulate
 from slipstick.engine.study import _confirm, estimate_parameters, fit_parameters, identify_runs
 from slipstick.errors import InvalidValue

@@ -9,8 +9,9 @@ from slipstick.engine import selection
 from slipstick.engine.laws import list_candidates
 from slipstick.engine.preparation import prepare
 from slipstick.engine.recordings import Part, pose_nominal
-from slipstick.engine.selection import identify, settle
+from slipstick.engine.selection import identify
 from slipstick.engine.settings import EngineSettings
+from slipstick.engine.settling import settle
 from slipstick.engine.trajectory import solve
 from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Runs, Sensor
 

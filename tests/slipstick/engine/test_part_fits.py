@@ -17,7 +17,7 @@ from slipstick.engine.fit import Fit
 from slipstick.engine.laws import list_candidates
 from slipstick.engine.preparation import prepare
 from slipstick.engine.recordings import Recorded
-from slipstick.engine.selection import fit_bare
+from slipstick.engine.settling import fit_bare
 from slipstick.engine.simulation import simulate_runs
 from slipstick.errors import InvalidValue
 from slipstick.machine import list_experiments, open_machine

@@ -427,6 +427,26 @@ def test_runs_that_are_far_off_are_set_aside_and_said(folder: Path) -> None:
     assert name_run(7, []) == "7"
 
 
+def test_what_explains_runs_that_are_set_aside_is_a_finding_of_these_runs(folder: Path, tmp_path: Path) -> None:
+    """An effect of the bench that three runs have alone; the others are those of the machine as it is declared."""
+    machine, plain, other = (Machine.open(folder / "mine.py"), *(
+        Runs.open(folder / f"of_{name}.h5") for name in ("mine", "bench")))
+    rows = [6, 12, 20]
+    signals = {name: values.copy() for name, values in plain.signals.items()}
+    for name, values in signals.items():
+        values[rows] = other.signals[name][rows]
+    study = slipstick.study(machine, replace(plain, signals=signals), progress=False)
+    assert study.result.set_aside == rows
+    finding, = study.findings
+    assert (finding.quantity, finding.depends_on, finding.runs) == ("cooling", "temperature", rows)
+    assert study.answer.endswith("in the runs 6, 12, and 20 alone")
+    assert finding.law is not None
+    assert study.result.gap is None
+    assert {shown.run for shown in study.figures.runs} == set(rows)
+    assert MachineStudy.from_dict(study.to_dict()).findings[0].runs == rows
+    assert "Find out what differs in these runs:" in study.report(tmp_path / "study.html").read_text()
+
+
 Change = Callable[[str], str]
 
 

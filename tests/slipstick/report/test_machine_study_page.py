@@ -68,6 +68,22 @@ def test_what_a_law_is_over_has_the_words_of_the_machine() -> None:
         "slip", "time", "position in the run order"]
 
 
+def test_what_explains_runs_that_are_set_aside_is_looked_for_there_and_not_added() -> None:
+    few = replace(make_finding(FRICTION, "shaft", law=LAW), runs=[3, 8, 20], confirmed=None)
+    result = replace(make_result(few), kind="unlisted", set_aside=[3, 8, 11, 20])
+    assert result.sentence == "Missing: friction torque that depends on the speed, in the runs 3, 8, and 20 alone"
+    told = dict(tell_advice(result))
+    assert told["Find out what differs in these runs:"].startswith("3, 8 and 20. Friction torque that depends on the")
+    assert not [lead_in for lead_in in told if "Add" in lead_in or "with the law" in lead_in]
+    assert told["Next experiment:"].startswith("repeat the runs 3, 8 and 20 ")
+    assert ("Set aside: run 11,", "numbered from 0: far worse than all others and not used, and not explained by what "
+            "explains others of these. Look at the signals.") in warnings(result)
+    assert "in the runs 3, 8 and 20 alone" in dict(tell_findings(result))["Where:"]
+    both = make_result(make_finding(LAG, "winding", law=LAW), few)
+    assert "2. Find out what differs in these runs:" in dict(tell_advice(both))
+    assert "Take over with the law, not without it:" in dict(tell_advice(both))
+
+
 def contest() -> MachineStudyResult:
     """Return a result with three findings, two of which are not told apart from others."""
     return make_result(make_finding(FRICTION, "shaft", DRY, LAG, law=LAW), make_finding(LAG, "shaft", PAST, BRUSH),

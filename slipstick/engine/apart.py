@@ -1,0 +1,76 @@
+"""The runs that are set aside, fitted by themselves with what all others have told.
+
+An effect that acts in a few runs is one in which they disagree with all others, and they are set aside. Means of
+parameters, values that runs share, and the forms of laws are then known from the others, within their errors, and
+parameters scatter as they do there.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from slipstick.engine.evidence import FEWEST
+from slipstick.engine.fit import Fit, fit, join
+from slipstick.engine.laws import Candidate, list_candidates, list_curves
+from slipstick.engine.model import State, nominal_own_values
+from slipstick.engine.priors import Prior
+from slipstick.engine.recordings import Pair, Recorded, Term, explain
+from slipstick.engine.settings import EngineSettings
+from slipstick.engine.settling import explain_signals, set_aside, temper
+
+
+def fit_apart(recorded: Recorded, rows: np.ndarray, others: Sequence[Fit], settings: EngineSettings) -> list[Fit]:
+    """Return the fits of the runs `rows`, with what the fits of the others have told.
+
+    Runs that are far worse than these are left out, as long as enough are left to agree.
+    """
+    told = join(others)
+    apart, laws = _inform(recorded, told).take(rows), _list_laws(recorded, told.laws)
+    fits, explained = list[Fit](), dict[str, np.ndarray]()
+    for each in others:
+        group = explain(apart.select({part.name for part in each.recorded.parts}), explained)
+        known = {pair: laws[pair].take(rows).renew(group) for pair in each.laws}
+        priors = {pair: Prior(1.0, form=each.state.laws[pair][:, None]) for pair in known}
+        fitted = temper(fit(group, known, priors, _begin(group, each), group.widest**2), settings)
+        fits.append(fitted)
+        explained |= explain_signals(fitted, settings)
+    return set_aside(fits, settings, len(rows) - FEWEST, by_parameters=False)  # which may stand for what is missing
+
+
+def _inform(recorded: Recorded, told: Fit) -> Recorded:
+    """Return recordings with the noise, and with what is known of each term, as a fit of other runs has told it."""
+    count, fitted = len(told.recorded.random), told.fitted
+    errors = np.sqrt(np.diag(fitted.covariance))
+    known: dict[str, tuple[float, float, float]] = {}
+    for place, term in enumerate(told.recorded.random):
+        known[term.name] = told.means[place], errors[place], np.hypot(np.sqrt(fitted.variance[place]), errors[place])
+    for place, term in enumerate(told.recorded.shared):
+        known[term.name] = told.state.shared[place], errors[count + place], 0.0
+
+    def inform(term: Term) -> Term:
+        target, std, widest = map(float, known[term.name])
+        return replace(term, target=target, std=std, widest=widest)
+
+    noise = {part.name: part for part in told.recorded.parts}
+    parts = tuple(replace(part, sensors=shown.sensors, noise=shown.noise, disturbances=shown.disturbances)
+                  for part in recorded.parts for shown in [noise[part.name]])
+    return replace(recorded, parts=parts, random=tuple(map(inform, recorded.random)),
+                   shared=tuple(map(inform, recorded.shared)))
+
+
+def _list_laws(recorded: Recorded, laws: Mapping[Pair, Candidate]) -> dict[Pair, Candidate]:
+    """Return laws of other runs for all runs."""
+    if not laws:
+        return {}
+    own = {part.name: nominal_own_values(part) for part in recorded.parts}
+    all_laws = {each.pair: each for each in list_candidates(recorded, own)}
+    all_laws |= {pair: law for pair, (law, _) in list_curves(recorded, own).items()}
+    return {pair: all_laws[pair].with_knots(law) for pair, law in laws.items()}
+
+
+def _begin(group: Recorded, other: Fit) -> State:
+    """Return the state of runs at the means of others."""
+    means = np.array([term.target for term in group.random])
+    return State(np.tile(means, (len(group), 1)), means, np.array([term.target for term in group.shared]),
+                 other.state.laws)
