@@ -9,21 +9,24 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+import scipy
 
-from slipstick.engine.evidence import FEWEST
 from slipstick.engine.fit import Fit, fit, join
 from slipstick.engine.laws import Candidate, list_candidates, list_curves
 from slipstick.engine.model import State, nominal_own_values
 from slipstick.engine.priors import Prior
 from slipstick.engine.recordings import Pair, Recorded, Term, explain
 from slipstick.engine.settings import EngineSettings
-from slipstick.engine.settling import explain_signals, set_aside, temper
+from slipstick.engine.settling import explain_signals, temper
+
+_EXCLUDED = 0.0027
+"""Probability below which laws of different runs are not the same: that of three standard errors."""
 
 
 def fit_apart(recorded: Recorded, rows: np.ndarray, others: Sequence[Fit], settings: EngineSettings) -> list[Fit]:
     """Return the fits of the runs `rows`, with what the fits of the others have told.
 
-    Runs that are far worse than these are left out, as long as enough are left to agree.
+    What each run leaves counts as its noise, so that the worst one does not hide what others have in common.
     """
     told = join(others)
     apart, laws = _inform(recorded, told).take(rows), _list_laws(recorded, told.laws)
@@ -32,10 +35,31 @@ def fit_apart(recorded: Recorded, rows: np.ndarray, others: Sequence[Fit], setti
         group = explain(apart.select({part.name for part in each.recorded.parts}), explained)
         known = {pair: laws[pair].take(rows).renew(group) for pair in each.laws}
         priors = {pair: Prior(1.0, form=each.state.laws[pair][:, None]) for pair in known}
-        fitted = temper(fit(group, known, priors, _begin(group, each), group.widest**2), settings)
+        fitted = temper(fit(group, known, priors, _begin(group, each), group.widest**2), settings, by_run=True)
         fits.append(fitted)
         explained |= explain_signals(fitted, settings)
-    return set_aside(fits, settings, len(rows) - FEWEST, by_parameters=False)  # which may stand for what is missing
+    return fits
+
+
+def allow(recorded: Recorded, others: Sequence[Fit], apart: Fit, pair: Pair) -> bool:
+    """Return whether other runs allow the law that a fit of some runs has: whether it may be the same as in these.
+
+    The difference of both estimates is compared with their errors, by its chi-square.
+    """
+    acting = join([each for each in others if set(each.models) & set(apart.laws[pair].variables)])
+    law = _list_laws(recorded, {pair: apart.laws[pair]})[pair]
+    is_other = np.isin(recorded.rows, acting.recorded.rows)
+    beside = acting.beside({pair: law.take(is_other).renew(acting.recorded)},
+                           {pair: replace(apart.priors[pair], form=apart.priors[pair].root(law), amplitude=1.0)})
+    (there, spread), (here, error) = (_estimate(each, pair) for each in (apart, beside))
+    square = float((there - here) @ np.linalg.solve(spread + error, there - here))
+    return square < scipy.stats.chi2.isf(_EXCLUDED, len(here))
+
+
+def _estimate(fitted: Fit, pair: Pair) -> tuple[np.ndarray, np.ndarray]:
+    """Return the coefficients of a law in units of its prior, and their covariance."""
+    places = fitted.products.places(list(fitted.laws).index(pair), fitted.roots)
+    return fitted.fitted.coefficients[places], fitted.fitted.covariance[np.ix_(places, places)]
 
 
 def _inform(recorded: Recorded, told: Fit) -> Recorded:

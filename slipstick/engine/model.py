@@ -79,7 +79,8 @@ class PartModel:
         """Return columns (n, c, o, k) whitened, (n, c, o k)."""
         assert self.whitening is not None
         white = self.whitening.apply(columns)
-        return white if self.part.temper == 1 else white / np.sqrt(self.part.temper)
+        temper = self.part.temper
+        return white if (temper == 1).all() else white / np.sqrt(temper)[:, None, None]
 
     def late(self, signals: np.ndarray, every: int) -> np.ndarray:
         """Return each `every`-th instant of signals (..., o, K), read by sensors that are late."""

@@ -142,6 +142,7 @@ def _prepare_part(block: Block, machine: Machine, runs: Runs, signals: Mapping[s
                     np.stack([signals[name] for name in block.signals], axis=1), counted,
                     tuple(noise[name] for name in block.signals), np.ones((len(runs), len(block.signals))),
                     np.stack([loudness[name] for name in measured], axis=1) if measured else np.ones((len(runs), 0)),
+                    np.ones(len(runs)),
                     disturbances={identifier_of(each.name): Noise(each.disturbance, _SLOW)
                                   for each in block.quantities if each.disturbance > 0})
         if block.states and may_pass_on:

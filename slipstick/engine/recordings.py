@@ -64,7 +64,7 @@ class Part:
     `inputs` (n, K) drive the equations: measured ones without their `noise`, which is `beyond` (n, k). `parameters` (n,
     1) are nominal. The o signals that are `measured` (n, o, k) count where `counted`, with the noise of their
     `sensors`. The noise of each run is `loudness` (n, o) times that, and `input_loudness` (n, r). What a part leaves
-    beyond noise counts as noise as well: variances are `temper` times those of the noise. `disturbances` are the
+    beyond noise counts as noise as well: variances are `temper` (n,) times those of the noise. `disturbances` are the
     fluctuations of quantities, by identifier.
     """
 
@@ -81,7 +81,7 @@ class Part:
     sensors: tuple[Noise, ...]
     loudness: np.ndarray
     input_loudness: np.ndarray
-    temper: float = 1.0
+    temper: np.ndarray
     disturbances: Mapping[str, Noise] = field(default_factory=dict)
 
     @property
@@ -133,7 +133,7 @@ class Part:
 
         return replace(self, inputs=chosen(self.inputs), beyond=chosen(self.beyond), parameters=chosen(self.parameters),
                        measured=self.measured[rows], counted=self.counted[rows], loudness=self.loudness[rows],
-                       input_loudness=self.input_loudness[rows])
+                       input_loudness=self.input_loudness[rows], temper=self.temper[rows])
 
     def end(self) -> "Part":
         """Return the part up to the last sample that counts in any run: nothing behind it is compared."""

@@ -1,12 +1,12 @@
 """Which laws recordings ask for: forward selection by evidence and by agreement of the runs, and then backward."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipstick.engine.apart import fit_apart
+from slipstick.engine.apart import allow, fit_apart
 from slipstick.engine.approach import approach_each
 from slipstick.engine.doing import Doing, Log
 from slipstick.engine.evidence import FEWEST, Screened, agree, agree_without_best, expect, hold_out, multiply, screen
@@ -80,8 +80,8 @@ def identify(recorded: Recorded, settings: EngineSettings | None = None, log: Lo
     """Find the laws that recordings ask for, in all parts, and then the law of runs that are set aside.
 
     Runs that are far worse than all others with these laws as well are set aside, and the others are searched again.
-    A law that explains runs that are set aside may be one of all runs, where the others do not get: it is one if it is
-    named in all of them together as well, and no run is far worse then.
+    A law that explains runs that are set aside may be one of all runs, if the others do not get to where it acts: it is
+    one if they allow it, if it is named in all of them together as well, and if no run is far worse then.
     """
     began, settings = time.perf_counter(), settings or EngineSettings()
     named = _search(settle(recorded, settings, log), settings, log)
@@ -93,7 +93,8 @@ def identify(recorded: Recorded, settings: EngineSettings | None = None, log: Lo
         named = _search(settle(recorded.take(is_other), settings, log), settings, log)
     aside = np.flatnonzero(~np.isin(recorded.rows, named.rows))
     apart = _identify_apart(recorded, aside, named.fits, settings, log)
-    if apart is not None:
+    if apart is not None and any(allow(recorded, named.fits, each, pair) for each in apart.fits
+                                 for pair in [apart.findings[0].pair] if pair in each.laws):
         log(Doing("fit", f"{' over '.join(apart.findings[0].pair)} explains {len(apart.rows)} of these: all others are "
                          "searched again together with them"))
         together = recorded.take(np.isin(recorded.rows, [*named.rows, *apart.rows]))
@@ -115,18 +116,21 @@ def _identify_apart(recorded: Recorded, rows: np.ndarray, others: Sequence[Fit],
     while len(rows) >= FEWEST:
         log(Doing("fit", f"Looking at the {len(rows)} runs that are set aside"))
         bare = fit_apart(recorded, rows, others, settings)
-        named = _search(bare, replace(settings, most=1), log, agree_without_best)
-        is_like = are_like(named.fits, others, settings)
-        if named.findings and is_like.all():
+        named = _search(bare, replace(settings, most=1), log, are_few=True)
+        if not named.findings:
+            break
+        shown = np.sqrt(2 * np.maximum(named.findings[0].gains, 0.0)) > settings.errors
+        is_explained = are_like(named.fits, others, settings) & shown
+        if is_explained.all():
             return named
-        rows = np.flatnonzero(np.isin(recorded.rows, named.rows[is_like])) if named.findings else rows[:0]
+        rows = rows[is_explained]
     return None
 
 
-def _search(bare: Sequence[Fit], settings: EngineSettings, log: Log,
-            agreement: Callable[[np.ndarray, np.ndarray], float] = agree) -> Identification:
-    """Find the laws that the runs of fits without further laws ask for."""
-    began, search = time.perf_counter(), _Search(settings, log, {_name(each): each for each in bare}, agreement)
+def _search(bare: Sequence[Fit], settings: EngineSettings, log: Log, are_few: bool = False) -> Identification:
+    """Find the laws that the runs of fits without further laws ask for; if they `are_few`, each has a noise of its own.
+    """
+    began, search = time.perf_counter(), _Search(settings, log, {_name(each): each for each in bare}, are_few)
     while search.step():
         pass
     fits = tuple(search.fits.values())
@@ -156,9 +160,9 @@ class _Trial:
 class _Search:
     """Forward selection over groups of parts, each with its fit; groups that a law joins are one from then on."""
 
-    def __init__(self, settings: EngineSettings, log: Log, fits: dict[Group, Fit],
-                 agreement: Callable[[np.ndarray, np.ndarray], float] = agree) -> None:
-        self.settings, self.log, self.fits, self.agree = settings, log, fits, agreement
+    def __init__(self, settings: EngineSettings, log: Log, fits: dict[Group, Fit], are_few: bool = False) -> None:
+        self.settings, self.log, self.fits, self.are_few = settings, log, fits, are_few
+        self.agree = agree_without_best if are_few else agree
         self.findings, self.closed, self.candidates = list[Finding](), set[Group](), self._list()
         self._screened: dict[tuple[Fit, ...], list[Screened]] = {}
         self._bases: dict[tuple[Fit, ...], Fit] = {}
@@ -214,13 +218,13 @@ class _Search:
 
     def _accept(self, better: Fit) -> None:
         """Take a fit with a further law, and search the groups again that read what it explains."""
-        better = temper(better, self.settings).restart()
+        better = temper(better, self.settings, by_run=self.are_few).restart()
         for _ in range(RENEWED):  # with the law, the part explains its signals, and shows their noise
-            better = renew([better], [better], self.settings)[0]
+            better = renew([better], [better], self.settings, self.are_few)[0]
         last, better = self.findings[-1], self._drop_redundant(better)
         # Other groups read its signals, or have candidates over them.
         others = list(self.fits.values())
-        for before, after in zip(others, renew(others, [better], self.settings), strict=True):
+        for before, after in zip(others, renew(others, [better], self.settings, self.are_few), strict=True):
             if after.models is not before.models:
                 self.closed.discard(_name(after))
             self.fits[_name(after)] = after

@@ -56,9 +56,9 @@ def settle(recorded: Recorded, settings: EngineSettings, log: Log = lambda _: No
         group = explain(waiting.pop(0), explained)
         log(Doing("fit", f"Fitting the parameters of {' and '.join(f'“{part.name}”' for part in group.parts)}"))
         fitted = temper(fit_bare(group), settings, begin(group))
-        if any(part.temper > 1 for part in fitted.recorded.parts) or len(find_outlying([fitted], settings)):
+        if any((part.temper > 1).any() for part in fitted.recorded.parts) or len(find_outlying([fitted], settings)):
             state, left = approach(fitted.recorded)
-            bad = _choose_worst(_deviate(np.log(np.maximum(left, _LEAST_CHI)), settings.least_spread), settings)
+            bad = _choose_worst(_deviate(_logarithm(left), settings.least_spread), settings)
             if len(recorded) - len(group) + len(bad) <= most:  # no step of all runs is one of these as well
                 kept = np.delete(np.arange(len(group)), bad)
                 state, fitted = state.take(kept), fitted.take(kept)
@@ -70,29 +70,23 @@ def settle(recorded: Recorded, settings: EngineSettings, log: Log = lambda _: No
     for number in range(1 + RENEWED):
         if number:  # bad runs have a share in the noise that the signals show
             fits = renew(fits, fits, settings)
-        fits = set_aside(fits, settings, most - len(recorded) + len(fits[0].recorded))
-    return fits
-
-
-def set_aside(fits: Sequence[Fit], settings: EngineSettings, most: int, by_parameters: bool = True) -> list[Fit]:
-    """Return the fits without runs that are far worse than all others, at `most` so many."""
-    fits = list(fits)
-    while len(bad := _choose_worst(_doubt_all(fits, settings, by_parameters), settings)) and len(bad) <= most:
-        kept, most = np.delete(np.arange(len(fits[0].recorded)), bad), most - len(bad)
-        fits = [taken if each.converged else fit(taken.recorded, taken.laws, taken.priors, taken.state)
-                for each in fits for taken in [each.take(kept)]]  # what has converged hardly changes
+        while (len(bad := _choose_worst(_doubt(fits, settings), settings))
+               and len(recorded) - len(fits[0].recorded) + len(bad) <= most):
+            kept = np.delete(np.arange(len(fits[0].recorded)), bad)
+            fits = [taken if each.converged else fit(taken.recorded, taken.laws, taken.priors, taken.state)
+                    for each in fits for taken in [each.take(kept)]]  # what has converged hardly changes
     return fits
 
 
 def find_outlying(fits: Sequence[Fit], settings: EngineSettings) -> np.ndarray:
     """Return the runs that are far worse than the others."""
-    return np.flatnonzero(_doubt_all(fits, settings) > settings.outlying)
+    return np.flatnonzero(_doubt(fits, settings) > settings.outlying)
 
 
 def are_like(fits: Sequence[Fit], others: Sequence[Fit], settings: EngineSettings) -> np.ndarray:
     """Return whether runs (n,) are not far worse than those of other fits of the same parts."""
-    usual = {name: np.log(np.maximum(chi, _LEAST_CHI)) for each in others for name, chi in each.chi_square.items()}
-    worse = [(np.log(np.maximum(chi, _LEAST_CHI)) - np.median(usual[name]))
+    usual = {name: _logarithm(chi) for each in others for name, chi in each.chi_square.items()}
+    worse = [(_logarithm(chi) - np.median(usual[name]))
              / max(settings.least_spread, float(from_median(usual[name])[1]))
              for each in fits for name, chi in each.chi_square.items()]
     return np.asarray(np.max(worse, axis=0) < settings.outlying)
@@ -119,23 +113,27 @@ def _try_clocks(fitted: Fit) -> Fit:
     return fitted if state is fitted.state else fitted.restart(state, fitted.fitted.variance)
 
 
-def temper(fitted: Fit, settings: EngineSettings, origin: State | None = None) -> Fit:
-    """Return a fit in which what the parts leave beyond noise counts as noise.
+def temper(fitted: Fit, settings: EngineSettings, origin: State | None = None, by_run: bool = False) -> Fit:
+    """Return a fit in which what the parts leave beyond noise counts as noise: of all runs, or of each `by_run`.
 
     Parameters are not driven far away by what is missing, and what a law leaves of a strong effect is weighed by its
     own size (quasi-likelihood: McCullagh and Nelder, Generalized Linear Models, 1989, chapter 9). A fit without laws
     that may already be far away begins again at its `origin`.
     """
+    def weigh(chi: np.ndarray) -> np.ndarray:
+        left = chi if by_run else np.full(len(chi), _trim(chi, settings.most_outlying))
+        return np.where(left > 1 + settings.unexplained, left, 1.0)
+
     for _ in range(_TEMPERED):
-        wanted = {name: max(1.0, _trim(chi, settings.most_outlying)) for name, chi in fitted.chi_square.items()}
-        wanted = {name: value if value > 1 + settings.unexplained else 1.0 for name, value in wanted.items()}
-        parts = fitted.recorded.parts
+        wanted = {name: weigh(chi) for name, chi in fitted.chi_square.items()}
+        pairs = [(part.temper, wanted[part.name]) for part in fitted.recorded.parts]
         # Near what counts already is near enough, but for nothing that is left.
-        if all(part.temper == 1 if wanted[part.name] == 1 else
-               abs(np.log(wanted[part.name] / part.temper)) < settings.unexplained for part in parts):
+        if all(np.where(then == 1, now == 1, np.abs(np.log(then / now)) < settings.unexplained).all()
+               for now, then in pairs):
             break
-        hotter = any(wanted[part.name] > 2 * part.temper for part in parts)
-        recorded = replace(fitted.recorded, parts=tuple(replace(part, temper=wanted[part.name]) for part in parts))
+        hotter = any((then > 2 * now).any() for now, then in pairs)
+        recorded = replace(fitted.recorded, parts=tuple(replace(part, temper=wanted[part.name])
+                                                        for part in fitted.recorded.parts))
         fitted = fit_bare(recorded, origin) if hotter and origin is not None else fitted.again(recorded)
     return fitted
 
@@ -151,7 +149,7 @@ def _choose_worst(doubt: np.ndarray, settings: EngineSettings) -> np.ndarray:
     return np.flatnonzero(doubt > max(settings.outlying, 0.5 * float(doubt.max())))
 
 
-def renew(fits: Sequence[Fit], shown: Sequence[Fit], settings: EngineSettings) -> list[Fit]:
+def renew(fits: Sequence[Fit], shown: Sequence[Fit], settings: EngineSettings, by_run: bool = False) -> list[Fit]:
     """Return fits with the noise that those `shown` leave, with signals as these explain them, and tempered anew.
 
     A fit that is not shown itself, and reads nothing of these signals, keeps its state.
@@ -170,7 +168,8 @@ def renew(fits: Sequence[Fit], shown: Sequence[Fit], settings: EngineSettings) -
             parts = tuple(_quieten(part, each) for part in parts)
         recorded = explain(replace(recorded, parts=parts), explained)
         is_fitted = each in quiet or reads
-        renewed.append(temper(each.again(recorded), settings) if is_fitted else replace(each, recorded=recorded))
+        renewed.append(temper(each.again(recorded), settings, by_run=by_run) if is_fitted else
+                       replace(each, recorded=recorded))
     return renewed
 
 
@@ -267,17 +266,16 @@ def _renew_part(part: Part, model: PartFit, recorded: Recorded) -> Part:
                    sensors=tuple(bound_noise(each, whole[:, place]) for place, each in enumerate(sensors)))
 
 
-def _doubt_all(fits: Sequence[Fit], settings: EngineSettings, by_parameters: bool = True) -> np.ndarray:
-    """Return robust deviations (n,) of the runs, by chi-square of the parts, and by parameters."""
-    def doubt(bare: Fit) -> np.ndarray:
-        chi = np.log(np.maximum(np.array(list(bare.chi_square.values())), _LEAST_CHI)).T
-        by_squares = _deviate(chi, settings.least_spread).max(axis=1)
-        if not by_parameters:
-            return np.asarray(by_squares)
-        far = np.abs(_deviate(bare.state.points, bare.recorded.widest))
-        return np.asarray(np.maximum(by_squares, far.max(axis=1, initial=0.0)))
+def _doubt(fits: Sequence[Fit], settings: EngineSettings) -> np.ndarray:
+    """Return robust deviations (n,) of the runs, by chi-square of the parts and by parameters."""
+    by_squares = [_deviate(_logarithm(chi), settings.least_spread) for each in fits for chi in each.chi_square.values()]
+    by_parameters = [np.abs(_deviate(each.state.points, each.recorded.widest)).max(axis=1, initial=0.0)
+                     for each in fits]
+    return np.asarray(np.max([*by_squares, *by_parameters], axis=0))
 
-    return np.asarray(np.max([doubt(each) for each in fits], axis=0))
+
+def _logarithm(chi: np.ndarray) -> np.ndarray:
+    return np.asarray(np.log(np.maximum(chi, _LEAST_CHI)))
 
 
 def _deviate(values: np.ndarray, least: np.ndarray | float) -> np.ndarray:
@@ -293,7 +291,7 @@ def is_unexplained(chi: np.ndarray, settings: EngineSettings) -> bool:
     """
     least = 0.25 * settings.unexplained
     return any(left.mean() > settings.errors * np.sqrt(left.var(ddof=1) / len(left) + least**2)
-               for left in (chi - 1, np.log(np.maximum(chi, _LEAST_CHI))))
+               for left in (chi - 1, _logarithm(chi)))
 
 
 def list_unexplained(fits: Sequence[Fit], settings: EngineSettings) -> tuple[str, ...]:

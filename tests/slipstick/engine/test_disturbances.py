@@ -67,7 +67,7 @@ def test_a_disturbance_is_what_a_fit_leaves(scatter: float) -> None:
 def test_it_is_no_larger_than_declared() -> None:
     [fitted] = settle(prepare_runs(0.1), EngineSettings())
     assert fitted.recorded.parts[0].disturbances["push"].std == pytest.approx(0.1, rel=1e-6)
-    assert fitted.recorded.parts[0].temper > 2
+    assert fitted.recorded.parts[0].temper[0] > 2
 
 
 def test_nothing_is_named_where_nothing_but_a_disturbance_is_missing() -> None:
