@@ -22,9 +22,9 @@ _ALWAYS: Entries = [
      "laws of the piston rate are missed, those over rate, pressure and position are not always told apart, and their "
      "intervals are those of a linear model. A weak law of the piston is missed beside a strong one of full contact."),
     ("A second cause may be missed:", "of two effects on simulated benches that leave residuals as large as the noise, "
-     "both were reported in 2 of 21 recordings. Signs of a second one are findings that are too uncertain to be "
+     "both were reported in 1 of 19 recordings. Signs of a second one are findings that are too uncertain to be "
      "reported, and blocks that are not explained."),
-    ("Effects outside the catalogue:", "on simulated benches, 10 of 39 of them were given the name of an effect that "
+    ("Effects outside the catalogue:", "on simulated benches, 5 of 39 of them were given the name of an effect that "
      "resembles them. The measured law is that of the named pair."),
     ("“Nothing” has a limit:", "what is missing by less than about a fifth of the noise variance in a block is not "
      "reported as unexplained, and a pair that gains less than the settings require is not named."),
