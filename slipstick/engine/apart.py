@@ -33,7 +33,7 @@ def fit_apart(recorded: Recorded, rows: np.ndarray, others: Sequence[Fit], setti
     fits, explained = list[Fit](), dict[str, np.ndarray]()
     for each in others:
         group = explain(apart.select({part.name for part in each.recorded.parts}), explained)
-        known = {pair: laws[pair].take(rows).renew(group) for pair in each.laws}
+        known = {pair: laws[pair].take(rows).renew(group) for pair in each.laws if pair in laws}
         priors = {pair: Prior(1.0, form=each.state.laws[pair][:, None]) for pair in known}
         fitted = temper(fit(group, known, priors, _begin(group, each), group.widest**2), settings, by_run=True)
         fits.append(fitted)
@@ -47,7 +47,9 @@ def allow(recorded: Recorded, others: Sequence[Fit], apart: Fit, pair: Pair) -> 
     The difference of both estimates is compared with their errors, by its chi-square.
     """
     acting = join([each for each in others if set(each.models) & set(apart.laws[pair].variables)])
-    law = _list_laws(recorded, {pair: apart.laws[pair]})[pair]
+    law = _list_laws(recorded, {pair: apart.laws[pair]}).get(pair)
+    if law is None:
+        return False
     is_other = np.isin(recorded.rows, acting.recorded.rows)
     beside = acting.beside({pair: law.take(is_other).renew(acting.recorded)},
                            {pair: replace(apart.priors[pair], form=apart.priors[pair].root(law), amplitude=1.0)})
@@ -84,13 +86,13 @@ def _inform(recorded: Recorded, told: Fit) -> Recorded:
 
 
 def _list_laws(recorded: Recorded, laws: Mapping[Pair, Candidate]) -> dict[Pair, Candidate]:
-    """Return laws of other runs for all runs."""
+    """Return laws of other runs for all runs, without those over what is the same in all at nominal parameters."""
     if not laws:
         return {}
     own = {part.name: nominal_own_values(part) for part in recorded.parts}
     all_laws = {each.pair: each for each in list_candidates(recorded, own)}
     all_laws |= {pair: law for pair, (law, _) in list_curves(recorded, own).items()}
-    return {pair: all_laws[pair].with_knots(law) for pair, law in laws.items()}
+    return {pair: all_laws[pair].with_knots(law) for pair, law in laws.items() if pair in all_laws}
 
 
 def _begin(group: Recorded, other: Fit) -> State:

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from slipstick.engine.laws import CONSTANT, Candidate, list_candidates
 from slipstick.engine.recordings import Pair, Recorded
 from slipstick.engine.settings import EngineSettings
 from slipstick.engine.settling import RENEWED, are_like, find_outlying, list_unexplained, renew, settle, temper
+from slipstick.errors import InvalidValue
 from slipstick.numerics.threads import in_one_blas_thread
 
 _ROUGH = 0.005
@@ -92,9 +94,13 @@ def identify(recorded: Recorded, settings: EngineSettings | None = None, log: Lo
         is_other = np.isin(recorded.rows, np.delete(named.rows, left))
         named = _search(settle(recorded.take(is_other), settings, log), settings, log)
     aside = np.flatnonzero(~np.isin(recorded.rows, named.rows))
-    apart = _identify_apart(recorded, aside, named.fits, settings, log)
-    if apart is not None and any(allow(recorded, named.fits, each, pair) for each in apart.fits
-                                 for pair in [apart.findings[0].pair] if pair in each.laws):
+    apart, may_be_general = None, False
+    with suppress(InvalidValue, np.linalg.LinAlgError):  # with what others tell, bad runs may have no finite solution
+        apart = _identify_apart(recorded, aside, named.fits, settings, log)
+        may_be_general = apart is not None and any(
+            allow(recorded, named.fits, each, pair) for each in apart.fits
+            for pair in [apart.findings[0].pair] if pair in each.laws)
+    if apart is not None and may_be_general:
         log(Doing("fit", f"{' over '.join(apart.findings[0].pair)} explains {len(apart.rows)} of these: all others are "
                          "searched again together with them"))
         together = recorded.take(np.isin(recorded.rows, [*named.rows, *apart.rows]))

@@ -26,7 +26,7 @@ class EngineSettings:
     outlying: float = 6.0
     """Robust standard deviations beyond which a run is set aside, by the logarithm of its chi-square or a parameter."""
     most_outlying: float = 0.1
-    """Largest share of runs that may be set aside. More is no accident, but something to name."""
+    """Largest share of runs that may be set aside before laws are searched. More may be something to name."""
     least_spread: float = 0.15
     """Standard deviation of the logarithm of chi-square that good runs have at least."""
     unexplained: float = 0.2

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from slipstick.engine import selection
 from slipstick.engine.evidence import multiply, screen
 from slipstick.engine.fit import Fit, fit, join
 from slipstick.engine.kinds import KindOfLaw, find_kind
@@ -19,6 +20,7 @@ from slipstick.engine.preparation import prepare
 from slipstick.engine.selection import Identification, identify
 from slipstick.engine.settings import EngineSettings
 from slipstick.engine.settling import fit_bare, settle
+from slipstick.errors import InvalidValue
 from slipstick.machine import Block, Command, Machine, Parameter, Profile, Quantity, Runs, Sensor, open_machine
 
 TANKS = open_machine(Path(__file__).parents[3] / "tables" / "machines" / "two_tanks.py")
@@ -103,6 +105,16 @@ def test_a_law_that_few_runs_have_alone_is_named_beside_what_all_others_tell() -
     assert max(float(chi.max()) for fit in answer.apart.fits for chi in fit.chi_square.values()) < 1.3
     law = measure(answer.apart.fits[0], ("leak 1", "level 1"))
     np.testing.assert_allclose(law.change, 5e-4 * (1 - np.exp(-np.maximum(law.x - 0.2, 0.0) / 0.05)), atol=8e-5)
+
+
+def test_runs_without_a_solution_beside_the_others_stay_set_aside(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> list[Fit]:
+        raise InvalidValue("The equations have no finite solution", "Check the units")
+
+    monkeypatch.setattr(selection, "fit_apart", fail)
+    answer = identify(prepare(TANKS, record("alone")[0]))
+    assert answer.set_aside == tuple(ALONE)
+    assert answer.apart is None
 
 
 def test_a_law_of_few_runs_may_not_be_fitted_to_different_errors_of_recordings() -> None:
