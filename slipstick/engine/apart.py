@@ -11,9 +11,9 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from slipstick.engine.fit import Fit, fit, join
+from slipstick.engine.fit import Fit, begin, fit, join
 from slipstick.engine.laws import Candidate, list_candidates, list_curves
-from slipstick.engine.model import State, nominal_own_values
+from slipstick.engine.model import nominal_own_values
 from slipstick.engine.priors import Prior
 from slipstick.engine.recordings import Pair, Recorded, Term, explain
 from slipstick.engine.settings import EngineSettings
@@ -35,17 +35,19 @@ def fit_apart(recorded: Recorded, rows: np.ndarray, others: Sequence[Fit], setti
         group = explain(apart.select({part.name for part in each.recorded.parts}), explained)
         known = {pair: laws[pair].take(rows).renew(group) for pair in each.laws if pair in laws}
         priors = {pair: Prior(1.0, form=each.state.laws[pair][:, None]) for pair in known}
-        fitted = temper(fit(group, known, priors, _begin(group, each), group.widest**2), settings, by_run=True)
+        state = replace(begin(group), laws=each.state.laws)
+        fitted = temper(fit(group, known, priors, state, group.widest**2), settings, by_run=True)
         fits.append(fitted)
         explained |= explain_signals(fitted, settings)
     return fits
 
 
-def allow(recorded: Recorded, others: Sequence[Fit], apart: Fit, pair: Pair) -> bool:
-    """Return whether other runs allow the law that a fit of some runs has: whether it may be the same as in these.
+def allow(recorded: Recorded, others: Sequence[Fit], fits: Sequence[Fit], pair: Pair) -> bool:
+    """Return whether other runs allow the law that fits of some runs have: whether it may be the same as in these.
 
     The difference of both estimates is compared with their errors, by its chi-square.
     """
+    apart = next(each for each in fits if pair in each.laws)
     acting = join([each for each in others if set(each.models) & set(apart.laws[pair].variables)])
     law = _list_laws(recorded, {pair: apart.laws[pair]}).get(pair)
     if law is None:
@@ -93,10 +95,3 @@ def _list_laws(recorded: Recorded, laws: Mapping[Pair, Candidate]) -> dict[Pair,
     all_laws = {each.pair: each for each in list_candidates(recorded, own)}
     all_laws |= {pair: law for pair, (law, _) in list_curves(recorded, own).items()}
     return {pair: all_laws[pair].with_knots(law) for pair, law in laws.items() if pair in all_laws}
-
-
-def _begin(group: Recorded, other: Fit) -> State:
-    """Return the state of runs at the means of others."""
-    means = np.array([term.target for term in group.random])
-    return State(np.tile(means, (len(group), 1)), means, np.array([term.target for term in group.shared]),
-                 other.state.laws)

@@ -138,9 +138,9 @@ class Fit:
 
 
 def begin(recorded: Recorded) -> State:
-    """Return the state of nominal parameters."""
-    shared = np.array([term.target for term in recorded.shared])
-    return State(np.zeros((len(recorded), len(recorded.random))), np.zeros(len(recorded.random)), shared, {})
+    """Return the state where all terms are at their targets: that of nominal parameters, if no other runs are known."""
+    means, shared = (np.array([term.target for term in terms]) for terms in (recorded.random, recorded.shared))
+    return State(np.tile(means, (len(recorded), 1)), means, shared, {})
 
 
 def fit(recorded: Recorded, laws: Mapping[Pair, Candidate], priors: Mapping[Pair, Prior], state: State | None = None,

@@ -97,9 +97,7 @@ def identify(recorded: Recorded, settings: EngineSettings | None = None, log: Lo
     apart, may_be_general = None, False
     with suppress(InvalidValue, np.linalg.LinAlgError):  # with what others tell, bad runs may have no finite solution
         apart = _identify_apart(recorded, aside, named.fits, settings, log)
-        may_be_general = apart is not None and any(
-            allow(recorded, named.fits, each, pair) for each in apart.fits
-            for pair in [apart.findings[0].pair] if pair in each.laws)
+        may_be_general = apart is not None and allow(recorded, named.fits, apart.fits, apart.findings[0].pair)
     if apart is not None and may_be_general:
         log(Doing("fit", f"{' over '.join(apart.findings[0].pair)} explains {len(apart.rows)} of these: all others are "
                          "searched again together with them"))

@@ -86,8 +86,7 @@ def find_outlying(fits: Sequence[Fit], settings: EngineSettings) -> np.ndarray:
 def are_like(fits: Sequence[Fit], others: Sequence[Fit], settings: EngineSettings) -> np.ndarray:
     """Return whether runs (n,) are not far worse than those of other fits of the same parts."""
     usual = {name: _logarithm(chi) for each in others for name, chi in each.chi_square.items()}
-    worse = [(_logarithm(chi) - np.median(usual[name]))
-             / max(settings.least_spread, float(from_median(usual[name])[1]))
+    worse = [_deviate(_logarithm(chi), settings.least_spread, usual[name])
              for each in fits for name, chi in each.chi_square.items()]
     return np.asarray(np.max(worse, axis=0) < settings.outlying)
 
@@ -278,10 +277,13 @@ def _logarithm(chi: np.ndarray) -> np.ndarray:
     return np.asarray(np.log(np.maximum(chi, _LEAST_CHI)))
 
 
-def _deviate(values: np.ndarray, least: np.ndarray | float) -> np.ndarray:
-    """Return deviations of values (n, c) from their median in robust standard deviations of at least `least`."""
-    off, spread = from_median(values)
-    return np.asarray(off / np.maximum(least, spread))
+def _deviate(values: np.ndarray, least: np.ndarray | float, usual: np.ndarray | None = None) -> np.ndarray:
+    """Return deviations of values (n, ...) from their median in robust standard deviations of at least `least`.
+
+    Median and deviation are those of `usual` values (m, ...), where these are others.
+    """
+    usual = values if usual is None else usual
+    return np.asarray((values - np.median(usual, axis=0)) / np.maximum(least, from_median(usual)[1]))
 
 
 def is_unexplained(chi: np.ndarray, settings: EngineSettings) -> bool:
