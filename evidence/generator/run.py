@@ -57,6 +57,6 @@ def _quantities(engagements: Engagements, solution: Solution, lanes: np.ndarray,
     states, phase = (sampled[:, lanes] for sampled in solution.at(time))
     n, k = states.shape[1:]
     samples = engagements.take(np.repeat(np.arange(n), k))
-    flat = samples.quantities(np.tile(time, n), states.reshape(-1, n * k), phase.reshape(-1, n * k))
+    flat = samples.quantities(np.tile(time, n), states.reshape(len(states), n * k), phase.reshape(len(phase), n * k))
     del flat["rates"]
     return phase, {name: values.reshape(n, k) for name, values in flat.items()}

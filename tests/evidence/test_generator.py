@@ -75,6 +75,13 @@ def test_nominal_shifting_times_agree_with_the_reference(nominal_run: Run) -> No
     assert np.max(np.abs(corner.lock_time - np.ravel([times[subset] for times in corners]))) < 1e-5
 
 
+def test_runs_that_do_not_lock_are_left_out_also_where_these_are_all(nominal_run: Run) -> None:
+    some = np.arange(3)
+    lanes = nominal_run.engagements.take(some)
+    idle = observe(replace(lanes, values={**lanes.values, "aa": np.full(3, 100.0)}), some, some, 1e-4)
+    assert len(idle.conditions) == 0
+
+
 def test_nominal_signals_agree_with_the_reference(nominal_run: Run) -> None:
     rows = np.loadtxt(DATA / "trajectories.csv", delimiter=",", skiprows=1)
     for condition in (0, 100, 215):
