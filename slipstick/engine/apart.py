@@ -36,7 +36,7 @@ def fit_apart(recorded: Recorded, rows: np.ndarray, others: Sequence[Fit], setti
         known = {pair: laws[pair].take(rows).renew(group) for pair in each.laws if pair in laws}
         priors = {pair: Prior(1.0, form=each.state.laws[pair][:, None]) for pair in known}
         state = replace(begin(group), laws=each.state.laws)
-        fitted = temper(fit(group, known, priors, state, group.widest**2), settings, by_run=True)
+        fitted = temper(fit(group, known, priors, state, group.widest**2), settings, state, by_run=True)
         fits.append(fitted)
         explained |= explain_signals(fitted, settings)
     return fits

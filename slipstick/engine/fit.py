@@ -77,8 +77,13 @@ class Fit:
 
     @cached_property
     def squares(self) -> dict[str, np.ndarray]:
-        """Sum of squares (n,) of the whitened residuals of each part, at the estimated parameters of each run."""
+        """Sum of squares (n,) of the whitened residuals of each part, at the estimated parameters of each run.
+
+        These are those that a run may reach, as those beyond are of a linear model alone.
+        """
         coefficients, squares = coefficients_of(self.fitted, self.turn, self.recorded), dict[str, np.ndarray]()
+        points = _locate(coefficients, self.recorded, self.columns, self.laws, self.state)
+        coefficients[:, :len(self.recorded.random)] += _reach(points, self.recorded) - points
         for name, model in self.models.items():
             onto = self.onto(name)
             left = onto[:, :, -1] - np.einsum("nrc,nc->nr", onto[:, :, :-1], coefficients)
@@ -111,10 +116,11 @@ class Fit:
         return Fit(recorded, laws, solved.priors, state, columns, solved.products, solved.fitted, solved.turn,
                    solved.evidence, solved.promised, self.converged)
 
-    def again(self, recorded: Recorded) -> "Fit":
-        """Return the fit of the same runs with another noise, or with signals that are explained anew, from here on."""
+    def again(self, recorded: Recorded, origin: State | None = None) -> "Fit":
+        """Return the fit of the same runs with another noise, or with signals that are explained anew: from here on, or
+        from an `origin`."""
         laws = {pair: law.renew(recorded) for pair, law in self.laws.items()}
-        return fit(recorded, laws, self.priors, self.state, self.fitted.variance)
+        return fit(recorded, laws, self.priors, origin or self.state, self.fitted.variance if origin is None else None)
 
     def beside(self, laws: Mapping[Pair, Candidate], priors: Mapping[Pair, Prior], state: State | None = None,
                settled: float = 0.0, needed: float = -np.inf) -> "Fit":
@@ -352,10 +358,21 @@ def _moved(recorded: Recorded, columns: Columns, laws: Mapping[Pair, Candidate],
            state: State) -> State:
     raw = coefficients_of(fitted, turn, recorded)
     random, shared = len(recorded.random), len(recorded.shared)
-    points = raw[:, :random] + columns.shift @ (raw[0, random:] - list_shared(laws, state))
+    points = _locate(raw, recorded, columns, laws, state)
     ends = np.cumsum([random + shared, *(law.count for law in laws.values())])
     values = {pair: raw[0, first:last] for pair, first, last in zip(laws, ends[:-1], ends[1:], strict=True)}
-    furthest = np.maximum(_FURTHEST, _WIDTHS * recorded.widest)
-    return replace(state, points=np.clip(points, -furthest, furthest),
-                   means=fitted.coefficients[:random],
+    return replace(state, points=_reach(points, recorded), means=fitted.coefficients[:random],
                    shared=raw[0, random:random + shared], laws=values)
+
+
+def _locate(raw: np.ndarray, recorded: Recorded, columns: Columns, laws: Mapping[Pair, Candidate],
+            state: State) -> np.ndarray:
+    """Return the parameters (n, q) of each run of raw coefficients (n, c - 1) about a state."""
+    random = len(recorded.random)
+    return np.asarray(raw[:, :random] + columns.shift @ (raw[0, random:] - list_shared(laws, state)))
+
+
+def _reach(points: np.ndarray, recorded: Recorded) -> np.ndarray:
+    """Return the parameters (n, q), or the nearest ones that a run may have."""
+    furthest = np.maximum(_FURTHEST, _WIDTHS * recorded.widest)
+    return np.asarray(np.clip(points, -furthest, furthest))

@@ -133,7 +133,7 @@ def temper(fitted: Fit, settings: EngineSettings, origin: State | None = None, b
         hotter = any((then > 2 * now).any() for now, then in pairs)
         recorded = replace(fitted.recorded, parts=tuple(replace(part, temper=wanted[part.name])
                                                         for part in fitted.recorded.parts))
-        fitted = fit_bare(recorded, origin) if hotter and origin is not None else fitted.again(recorded)
+        fitted = fitted.again(recorded, origin if hotter else None)
     return fitted
 
 

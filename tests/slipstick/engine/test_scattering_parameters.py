@@ -109,3 +109,23 @@ def test_priors_are_adapted_where_that_is_more_likely(monkeypatch: pytest.Monkey
     assert named.evidence > bare.evidence + 1000
     monkeypatch.setattr(fits, "adapt_priors", lambda *_: {law.pair: Prior(1e-4, 0.0, 1)})
     assert fits.fit(named.recorded, named.laws, named.priors, named.state).evidence > named.evidence - 1
+
+
+def test_a_run_with_a_flipped_sign_leaves_what_no_parameter_that_it_may_have_explains() -> None:
+    """By a linear model it would leave nothing, with a gain of -1."""
+    block = Block("stage", gives="level", reads=("voltage",), states=("level",), parameters=(
+        Parameter("gain", "1", value=1.0, scatter=0.02),))
+
+    @block.rate
+    def rise(x, u, q, p):  # type: ignore[no-untyped-def]
+        return 10 * (p.gain * u.voltage - x.level)
+
+    machine = Machine("stage", (block,), (Sensor("level", "V", noise=0.01),),
+                      commands=(Command("voltage", "V", profiles=(((0, 0), (0.1, 0), (0.2, 1), (1, 1)),)),),
+                      duration=1.0, step=0.01)
+    runs = simulate_runs(machine, list_experiments(machine).take(np.zeros(10, int)), seed=1)
+    runs.signals["level"][3] *= -1
+    fitted = fits.fit(prepare(machine, runs), {}, {})
+    assert fitted.state.points[3] == -0.8
+    assert fitted.chi_square["stage"][3] > 1000
+    assert np.delete(fitted.chi_square["stage"], 3).max() < 1.5
