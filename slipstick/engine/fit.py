@@ -77,13 +77,12 @@ class Fit:
 
     @cached_property
     def squares(self) -> dict[str, np.ndarray]:
-        """Sum of squares (n,) of the whitened residuals of each part, at the estimated parameters of each run.
-
-        These are those that a run may reach, as those beyond are of a linear model alone.
+        """Sum of squares (n,) of the whitened residuals of each part, at the estimated parameters of each run,
+        or at the nearest ones that it may have.
         """
         coefficients, squares = coefficients_of(self.fitted, self.turn, self.recorded), dict[str, np.ndarray]()
-        points = _locate(coefficients, self.recorded, self.columns, self.laws, self.state)
-        coefficients[:, :len(self.recorded.random)] += _reach(points, self.recorded) - points
+        points = _locate(coefficients, self.columns, self.laws, self.state)
+        coefficients[:, :points.shape[1]] += _reach(points, self.recorded) - points
         for name, model in self.models.items():
             onto = self.onto(name)
             left = onto[:, :, -1] - np.einsum("nrc,nc->nr", onto[:, :, :-1], coefficients)
@@ -358,17 +357,16 @@ def _moved(recorded: Recorded, columns: Columns, laws: Mapping[Pair, Candidate],
            state: State) -> State:
     raw = coefficients_of(fitted, turn, recorded)
     random, shared = len(recorded.random), len(recorded.shared)
-    points = _locate(raw, recorded, columns, laws, state)
+    points = _locate(raw, columns, laws, state)
     ends = np.cumsum([random + shared, *(law.count for law in laws.values())])
     values = {pair: raw[0, first:last] for pair, first, last in zip(laws, ends[:-1], ends[1:], strict=True)}
     return replace(state, points=_reach(points, recorded), means=fitted.coefficients[:random],
                    shared=raw[0, random:random + shared], laws=values)
 
 
-def _locate(raw: np.ndarray, recorded: Recorded, columns: Columns, laws: Mapping[Pair, Candidate],
-            state: State) -> np.ndarray:
+def _locate(raw: np.ndarray, columns: Columns, laws: Mapping[Pair, Candidate], state: State) -> np.ndarray:
     """Return the parameters (n, q) of each run of raw coefficients (n, c - 1) about a state."""
-    random = len(recorded.random)
+    random = columns.shift.shape[1]
     return np.asarray(raw[:, :random] + columns.shift @ (raw[0, random:] - list_shared(laws, state)))
 
 
