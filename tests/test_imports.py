@@ -9,6 +9,7 @@ import importlib
 import re
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -130,13 +131,18 @@ MAY_IMPORT = {
 FORBIDDEN = {"service": ("slipstick.clutch.ensemble",)}  # it simulates through `slipstick.inference`
 
 
-def modules() -> Iterator[tuple[str, Path]]:
-    for top in ("slipstick", "service", "worker"):
-        for path in (ROOT / top).rglob("*.py"):
-            yield ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"), path
+@cache
+def modules() -> list[tuple[str, Path]]:
+    return [(".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"), path)
+            for top in ("slipstick", "service", "worker") for path in (ROOT / top).rglob("*.py")]
 
 
-def imported(path: Path) -> Iterator[str]:
+@cache
+def imported(path: Path) -> list[str]:
+    return list(_imported(path))
+
+
+def _imported(path: Path) -> Iterator[str]:
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)

@@ -65,6 +65,7 @@ def test_positioning_system_is_asked_for_many_laws(positioning: tuple[Path, np.n
     assert count_candidates(emps.read(positioning[0])[emps.DRY]) >= FEWEST
 
 
+@pytest.mark.slow
 def test_a_law_and_parameters_that_replace_each_other_are_known_in_their_sum(
         positioning: tuple[Path, np.ndarray, np.ndarray]) -> None:
     [bare] = settle(emps.read(positioning[0])[emps.PLAIN], EngineSettings())

@@ -1,5 +1,6 @@
 import shutil
 import subprocess
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -14,6 +15,7 @@ import pytest
 from dbos import DBOSClient
 from distribution import end_with_group
 
+from service.job_store import connect
 from service.server import make_server
 from service.settings import Settings
 from slipstick.storage.library import Library
@@ -25,9 +27,21 @@ StoredJobs = dict[str, tuple[dict[str, Any], dict[str, Any] | None]]
 ServingJobs = Callable[[Path, StoredJobs], AbstractContextManager[httpx.Client]]
 
 
+@cache
+def _empty_job_store() -> bytes:
+    """The file of a job store without jobs, whose migrations take longer than most tests of a service."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "jobs.sqlite"
+        connect(f"sqlite:///{path}").destroy()
+        return path.read_bytes()
+
+
 @contextmanager
 def _serving(settings: Settings) -> Iterator[str]:
     """Serve on a free port of the loopback interface; yield the address."""
+    jobs = Path(settings.jobs.removeprefix("sqlite:///"))
+    if jobs.parent.is_dir() and not jobs.exists():
+        jobs.write_bytes(_empty_job_store())
     server = make_server(settings.model_copy(update={"port": 0}), log_level="warning")
     thread = threading.Thread(target=server.run)
     thread.start()

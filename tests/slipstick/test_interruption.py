@@ -38,14 +38,14 @@ def says(text: str) -> Callable[[subprocess.Popen[str], Path], bool]:
 
 
 @pytest.mark.parametrize(("command", "when", "last"), [
-    ("worker study sample", imports_numpy, "Interrupted."),
+    pytest.param("worker study sample", imports_numpy, "Interrupted.", marks=pytest.mark.slow),
     ("worker study sample", says("step 1"), "Interrupted."),
     pytest.param("worker build --out OUT/table.h5", imports_numpy, "Interrupted.", marks=pytest.mark.slow),
     ("worker build --machine OUT/machine.toml --threads 2 --out OUT/table.h5", says(" runs"), "Stopped. Run the same"),
     pytest.param("worker work --no-compile --jobs sqlite:///OUT/jobs.sqlite", imports_numpy, "Interrupted.",
                  marks=pytest.mark.slow),
     ("worker work --no-compile --jobs sqlite:///OUT/jobs.sqlite", says("is waiting"), "Stopped. Another"),
-    ("service", imports_numpy, "Interrupted."),
+    pytest.param("service", imports_numpy, "Interrupted.", marks=pytest.mark.slow),
     ("service", says("running on"), "Interrupted."),
 ])
 def test_an_interrupted_program_ends_in_one_line(command: str, when: Callable[[subprocess.Popen[str], Path], bool],

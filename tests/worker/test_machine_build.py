@@ -341,6 +341,7 @@ def test_a_server_that_is_away_stops_the_build(tmp_path: Path, monkeypatch: pyte
     assert re.search("http://127.0.0.1:9 cannot be reached: .*refused.*it resumes", capsys.readouterr().err)
 
 
+@pytest.mark.slow
 def test_processes_of_a_simulator_end_with_a_killed_parent(trouble: Path) -> None:
     script = trouble / "parent.py"
     script.write_text(f'''

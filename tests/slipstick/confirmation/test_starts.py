@@ -28,6 +28,7 @@ def without() -> SimulationFit:
     return fit_simulation(traces, Terms(HEAVY), np.zeros((24, len(RANDOM))))
 
 
+@pytest.mark.slow
 def test_parameters_beside_a_law_give_back_the_constant_up_to_which_it_is_known(without: SimulationFit) -> None:
     block, gain = SimulatedBench(without.block.traces, TERMS), list(RANDOM).index("current_gain")
     motor_speed = without.block.scene.recordings.conditions.motor_speed

@@ -150,6 +150,7 @@ def test_ends_of_a_shape_are_within_the_shapes() -> None:
     assert _bound(np.array([5.0]), np.ones(1)) == (5.0, 5.0)
 
 
+@pytest.mark.slow
 def test_a_gain_may_fall_with_the_magnitude_of_a_current() -> None:
     motor = replace(declare().blocks[0], quantities=(Quantity("gain change", relative=True, over=("current",)),))
     motor.output(lambda x, u, q, p: p.gain * (1 + q.gain_change) * u.current)

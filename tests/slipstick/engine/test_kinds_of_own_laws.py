@@ -41,7 +41,8 @@ def find(seed: int, step: float) -> KindOfLaw:
     return kind
 
 
-@pytest.mark.parametrize(("seed", "step"), [(4, 0.04), pytest.param(9, 0.01, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "step"), [(4, 0.04), (9, 0.01)])
 def test_slope_and_limit_of_a_dead_band_are_within_their_errors(seed: int, step: float) -> None:
     kind = find(seed, step)
     assert (kind.pair, kind.name) == (PAIR, "saturation")

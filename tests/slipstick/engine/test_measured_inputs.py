@@ -47,7 +47,9 @@ def record(noise: Noise, inertia: float = INERTIA, drag: float = 0.0, seed: int 
                        "speed": speed + 0.2 * rng.standard_normal(speed.shape)}, order=np.arange(float(RUNS)))
 
 
-@pytest.mark.parametrize("noise", [Noise(10.0, 0.0), Noise(10.0, 0.9), Noise(5.0, 0.7)], ids=["white", "slow", "some"])
+@pytest.mark.parametrize("noise", [
+    pytest.param(Noise(10.0, 0.0), marks=pytest.mark.slow, id="white"), pytest.param(Noise(10.0, 0.9), id="slow"),
+    pytest.param(Noise(5.0, 0.7), marks=pytest.mark.slow, id="some")])
 def test_noise_of_a_measured_input_is_no_law_and_no_parameter(noise: Noise) -> None:
     recorded = prepare(MEASURED, record(noise))
     answer = identify(recorded)

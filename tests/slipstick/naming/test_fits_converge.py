@@ -68,6 +68,7 @@ def test_a_fit_that_goes_on_gains_nothing_unless_it_was_ended_early(seed: int, h
     assert fit(block, start=early).fitted.posterior > early.fitted.posterior + 100
 
 
+@pytest.mark.slow
 def test_a_pair_is_compared_roughly_and_then_fitted_to_the_end() -> None:
     pace = draw_machine(FAST).bench.pace
     falls = law("pressure_gain", "time", lambda t: 1 - 0.3 * np.exp(-((t / (0.3 * pace)) ** 1.5)), block="pressure")

@@ -134,6 +134,7 @@ def gains(latest: float) -> dict[tuple[str, str], tuple[float, CurvedFit]]:
             for linear, one in fits_with_pairs(plain, SETTINGS, pairs)}
 
 
+@pytest.mark.slow
 def test_a_lag_of_the_friction_is_found_over_what_it_depends_on_and_measured() -> None:
     found = gains(LATEST)
     best, one = found[OVER_SPEED]

@@ -31,6 +31,7 @@ def fitted(stiffening: float) -> tuple[ClutchBlock, CurvedFit]:
     return block, settled(block, search(block, np.zeros(1)), np.zeros(1))
 
 
+@pytest.mark.slow
 def test_a_strong_law_is_found_from_nominal_points_with_a_loud_noise_first() -> None:
     block, without = fitted(-0.15)
     assert (without.variance >= block.widest**2).any()  # engagements stand for what the law would explain

@@ -76,6 +76,7 @@ NOISE, MEMORY = 0.03, 0.9
 LAW = ("input torque", "input speed")
 
 
+@pytest.mark.slow
 def test_correlated_noise_of_a_speed_is_no_law_over_it() -> None:
     scene = _loud(scene_of(COMPACT, Model(COMPACT.physics), 48, seed=3), "input_speed")
     settings = scene.settings
