@@ -36,7 +36,7 @@ def fit_apart(recorded: Recorded, rows: np.ndarray, others: Sequence[Fit], setti
         known = {pair: laws[pair].take(rows).renew(group) for pair in each.laws if pair in laws}
         priors = {pair: Prior(1.0, form=each.state.laws[pair][:, None]) for pair in known}
         state = replace(begin(group), laws=each.state.laws)
-        fitted = temper(fit(group, known, priors, state, group.widest**2), settings, state, by_run=True)
+        fitted = temper(fit(group, known, priors, state, group.widest**2), settings, state)
         fits.append(fitted)
         explained |= explain_signals(fitted, settings)
     return fits
@@ -67,7 +67,7 @@ def _estimate(fitted: Fit, pair: Pair) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _inform(recorded: Recorded, told: Fit) -> Recorded:
-    """Return recordings with the noise, and with what is known of each term, as a fit of other runs has told it."""
+    """Return recordings that are set aside, with the noise and what is known of terms as others have told it."""
     count, fitted = len(told.recorded.random), told.fitted
     errors = np.sqrt(np.diag(fitted.covariance))
     known: dict[str, tuple[float, float, float]] = {}
@@ -83,7 +83,7 @@ def _inform(recorded: Recorded, told: Fit) -> Recorded:
     noise = {part.name: part for part in told.recorded.parts}
     parts = tuple(replace(part, sensors=shown.sensors, noise=shown.noise, disturbances=shown.disturbances)
                   for part in recorded.parts for shown in [noise[part.name]])
-    return replace(recorded, parts=parts, random=tuple(map(inform, recorded.random)),
+    return replace(recorded, set_aside=True, parts=parts, random=tuple(map(inform, recorded.random)),
                    shared=tuple(map(inform, recorded.shared)))
 
 

@@ -152,7 +152,8 @@ class Recorded:
     """A machine with n runs: its `parts`, the `random` and the `shared` terms, and `signals` that laws may depend on.
 
     `signals` are (n, k) within runs, without noise, and (n,) between runs. `rows` (n,) are the numbers of the runs
-    among all. The `executor` computes with chunks of many runs, such as on other machines; None is here, in threads.
+    among all. Those that are `set_aside` from the others may differ in what they leave, which then counts as the noise
+    of each one. The `executor` computes with chunks of many runs, such as on other machines; None is here, in threads.
     """
 
     machine: Machine
@@ -162,6 +163,7 @@ class Recorded:
     shared: tuple[Term, ...]
     signals: Mapping[str, np.ndarray]
     rows: np.ndarray
+    set_aside: bool = False
     executor: Executor | None = None
 
     def __len__(self) -> int:

@@ -1,7 +1,7 @@
 """Which laws recordings ask for: forward selection by evidence and by agreement of the runs, and then backward."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -78,8 +78,11 @@ class Identification:
 
 
 @in_one_blas_thread
-def identify(recorded: Recorded, settings: EngineSettings | None = None, log: Log = lambda _: None) -> Identification:
+def identify(recorded: Recorded, settings: EngineSettings | None = None, log: Log = lambda _: None,
+             keep: Callable[[Identification], None] = lambda _: None) -> Identification:
     """Find the laws that recordings ask for, in all parts, and then the law of runs that are set aside.
+
+    `keep` is called with what all others ask for before runs that are set aside are searched.
 
     Runs that are far worse than all others with these laws as well are set aside, and the others are searched again.
     A law that explains runs that are set aside may be one of all runs, if the others do not get to where it acts: it is
@@ -94,6 +97,10 @@ def identify(recorded: Recorded, settings: EngineSettings | None = None, log: Lo
         is_other = np.isin(recorded.rows, np.delete(named.rows, left))
         named = _search(settle(recorded.take(is_other), settings, log), settings, log)
     aside = np.flatnonzero(~np.isin(recorded.rows, named.rows))
+    named = replace(named, set_aside=tuple(recorded.rows[aside].tolist()), seconds=time.perf_counter() - began)
+    if len(aside) < FEWEST:
+        return named
+    keep(named)
     apart, may_be_general = None, False
     with suppress(InvalidValue, np.linalg.LinAlgError):  # with what others tell, bad runs may have no finite solution
         apart = _identify_apart(recorded, aside, named.fits, settings, log)
@@ -106,9 +113,9 @@ def identify(recorded: Recorded, settings: EngineSettings | None = None, log: Lo
                           replace(settings, most=len(named.findings) + 1), log)
         pairs = {pair for finding in general.findings for pair in (finding.pair, *finding.rivals)}
         if apart.findings[0].pair in pairs and not len(find_outlying(general.fits, settings)):
-            named, apart = general, None
-    return replace(named, set_aside=tuple(np.setdiff1d(recorded.rows, named.rows).tolist()), apart=apart,
-                   seconds=time.perf_counter() - began)
+            named = replace(general, set_aside=tuple(np.setdiff1d(recorded.rows, general.rows).tolist()))
+            apart = None
+    return replace(named, apart=apart, seconds=time.perf_counter() - began)
 
 
 def _identify_apart(recorded: Recorded, rows: np.ndarray, others: Sequence[Fit], settings: EngineSettings,
@@ -120,7 +127,7 @@ def _identify_apart(recorded: Recorded, rows: np.ndarray, others: Sequence[Fit],
     while len(rows) >= FEWEST:
         log(Doing("fit", f"Looking at the {len(rows)} runs that are set aside"))
         bare = fit_apart(recorded, rows, others, settings)
-        named = _search(bare, replace(settings, most=1), log, are_few=True)
+        named = _search(bare, replace(settings, most=1), log)
         if not named.findings:
             break
         shown = np.sqrt(2 * np.maximum(named.findings[0].gains, 0.0)) > settings.errors
@@ -131,10 +138,9 @@ def _identify_apart(recorded: Recorded, rows: np.ndarray, others: Sequence[Fit],
     return None
 
 
-def _search(bare: Sequence[Fit], settings: EngineSettings, log: Log, are_few: bool = False) -> Identification:
-    """Find the laws that the runs of fits without further laws ask for; if they `are_few`, each has a noise of its own.
-    """
-    began, search = time.perf_counter(), _Search(settings, log, {_name(each): each for each in bare}, are_few)
+def _search(bare: Sequence[Fit], settings: EngineSettings, log: Log) -> Identification:
+    """Find the laws that the runs of fits without further laws ask for."""
+    began, search = time.perf_counter(), _Search(settings, log, {_name(each): each for each in bare})
     while search.step():
         pass
     fits = tuple(search.fits.values())
@@ -164,9 +170,10 @@ class _Trial:
 class _Search:
     """Forward selection over groups of parts, each with its fit; groups that a law joins are one from then on."""
 
-    def __init__(self, settings: EngineSettings, log: Log, fits: dict[Group, Fit], are_few: bool = False) -> None:
-        self.settings, self.log, self.fits, self.are_few = settings, log, fits, are_few
-        self.agree = agree_without_best if are_few else agree
+    def __init__(self, settings: EngineSettings, log: Log, fits: dict[Group, Fit]) -> None:
+        self.settings, self.log, self.fits = settings, log, fits
+        are_set_aside = any(each.recorded.set_aside for each in fits.values())
+        self.agree = agree_without_best if are_set_aside else agree
         self.findings, self.closed, self.candidates = list[Finding](), set[Group](), self._list()
         self._screened: dict[tuple[Fit, ...], list[Screened]] = {}
         self._bases: dict[tuple[Fit, ...], Fit] = {}
@@ -222,13 +229,13 @@ class _Search:
 
     def _accept(self, better: Fit) -> None:
         """Take a fit with a further law, and search the groups again that read what it explains."""
-        better = temper(better, self.settings, by_run=self.are_few).restart()
+        better = temper(better, self.settings).restart()
         for _ in range(RENEWED):  # with the law, the part explains its signals, and shows their noise
-            better = renew([better], [better], self.settings, self.are_few)[0]
+            better = renew([better], [better], self.settings)[0]
         last, better = self.findings[-1], self._drop_redundant(better)
         # Other groups read its signals, or have candidates over them.
         others = list(self.fits.values())
-        for before, after in zip(others, renew(others, [better], self.settings, self.are_few), strict=True):
+        for before, after in zip(others, renew(others, [better], self.settings), strict=True):
             if after.models is not before.models:
                 self.closed.discard(_name(after))
             self.fits[_name(after)] = after

@@ -112,15 +112,15 @@ def _try_clocks(fitted: Fit) -> Fit:
     return fitted if state is fitted.state else fitted.restart(state, fitted.fitted.variance)
 
 
-def temper(fitted: Fit, settings: EngineSettings, origin: State | None = None, by_run: bool = False) -> Fit:
-    """Return a fit in which what the parts leave beyond noise counts as noise: of all runs, or of each `by_run`.
+def temper(fitted: Fit, settings: EngineSettings, origin: State | None = None) -> Fit:
+    """Return a fit in which what the parts leave beyond noise counts as noise, of each run where these are set aside.
 
     Parameters are not driven far away by what is missing, and what a law leaves of a strong effect is weighed by its
     own size (quasi-likelihood: McCullagh and Nelder, Generalized Linear Models, 1989, chapter 9). A fit without laws
     that may already be far away begins again at its `origin`.
     """
     def weigh(chi: np.ndarray) -> np.ndarray:
-        left = chi if by_run else np.full(len(chi), _trim(chi, settings.most_outlying))
+        left = chi if fitted.recorded.set_aside else np.full(len(chi), _trim(chi, settings.most_outlying))
         return np.where(left > 1 + settings.unexplained, left, 1.0)
 
     for _ in range(_TEMPERED):
@@ -148,7 +148,7 @@ def _choose_worst(doubt: np.ndarray, settings: EngineSettings) -> np.ndarray:
     return np.flatnonzero(doubt > max(settings.outlying, 0.5 * float(doubt.max())))
 
 
-def renew(fits: Sequence[Fit], shown: Sequence[Fit], settings: EngineSettings, by_run: bool = False) -> list[Fit]:
+def renew(fits: Sequence[Fit], shown: Sequence[Fit], settings: EngineSettings) -> list[Fit]:
     """Return fits with the noise that those `shown` leave, with signals as these explain them, and tempered anew.
 
     A fit that is not shown itself, and reads nothing of these signals, keeps its state.
@@ -167,8 +167,7 @@ def renew(fits: Sequence[Fit], shown: Sequence[Fit], settings: EngineSettings, b
             parts = tuple(_quieten(part, each) for part in parts)
         recorded = explain(replace(recorded, parts=parts), explained)
         is_fitted = each in quiet or reads
-        renewed.append(temper(each.again(recorded), settings, by_run=by_run) if is_fitted else
-                       replace(each, recorded=recorded))
+        renewed.append(temper(each.again(recorded), settings) if is_fitted else replace(each, recorded=recorded))
     return renewed
 
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import chain
 from typing import TypeVar
 
@@ -148,17 +149,21 @@ def study(machine: Machine, runs: Runs, values: Mapping[str, float] | None = Non
           keep: Callable[[MachineStudy], None] = lambda _: None, executor: Executor | None = None) -> MachineStudy:
     """Find what `runs` ask for beside a machine with nominal `values`, and confirm it in the whole machine.
 
-    `keep` is called with the study that there is before the confirmation. The `executor` computes with chunks of many
-    runs (`Recorded`).
+    `keep` is called with the study that there is before runs that are set aside are searched, and with that before the
+    confirmation. The `executor` computes with chunks of many runs (`Recorded`).
     """
-    began, settings = time.perf_counter(), settings or EngineSettings()
-    named = identify_runs(machine, runs, values, settings, log, executor)
-    laws, kinds = _tell_laws(named)
-    beside = [of_fit[-1].fit if of_fit else each for each, of_fit in zip(named.fits, kinds, strict=True)]
-    apart, kinds_apart = ((), []) if named.apart is None else _tell_laws(named.apart)
-    studied = MachineStudy(machine, named, laws, tuple(chain(*kinds)), estimate_parameters(join(named.fits)),
-                           estimate_parameters(join(beside)), (apart, tuple(chain(*kinds_apart))), None,
-                           digest(settings, machine, KINDS), time.perf_counter() - began)
+    began, settings, tell = time.perf_counter(), settings or EngineSettings(), cache(_tell_laws)
+
+    def state(named: Identification) -> MachineStudy:
+        laws, kinds = tell(named.findings, named.fits)
+        beside = [of_fit[-1].fit if of_fit else each for each, of_fit in zip(named.fits, kinds, strict=True)]
+        apart, kinds_apart = ((), []) if named.apart is None else _tell_laws(named.apart.findings, named.apart.fits)
+        return MachineStudy(machine, named, laws, tuple(chain(*kinds)), estimate_parameters(join(named.fits)),
+                            estimate_parameters(join(beside)), (apart, tuple(chain(*kinds_apart))), None,
+                            digest(settings, machine, KINDS), time.perf_counter() - began)
+
+    named = identify_runs(machine, runs, values, settings, log, executor, lambda named: keep(state(named)))
+    studied = state(named)
     if not named.findings:
         return studied
     keep(studied)
@@ -166,26 +171,27 @@ def study(machine: Machine, runs: Runs, values: Mapping[str, float] | None = Non
     return replace(studied, confirmation=confirmation, seconds=time.perf_counter() - began)
 
 
-def _tell_laws(named: Identification) -> tuple[tuple[Law, ...], list[tuple[KindOfLaw, ...]]]:
+def _tell_laws(findings: tuple[Finding, ...],
+               fits: tuple[Fit, ...]) -> tuple[tuple[Law, ...], list[tuple[KindOfLaw, ...]]]:
     """Return the measured laws of the findings, and the kinds of those of each fit."""
-    pairs = [[finding.pair for finding in named.findings if finding.pair in each.laws] for each in named.fits]
-    measured = {pair: measure(each, pair) for each, of_fit in zip(named.fits, pairs, strict=True) for pair in of_fit}
-    return (tuple(measured[finding.pair] for finding in named.findings),
-            [tuple(find_kinds(each, of_fit)) for each, of_fit in zip(named.fits, pairs, strict=True)])
+    pairs = [[finding.pair for finding in findings if finding.pair in each.laws] for each in fits]
+    measured = {pair: measure(each, pair) for each, of_fit in zip(fits, pairs, strict=True) for pair in of_fit}
+    return (tuple(measured[finding.pair] for finding in findings),
+            [tuple(find_kinds(each, of_fit)) for each, of_fit in zip(fits, pairs, strict=True)])
 
 
 @_TRIALS
 @in_one_blas_thread
 def identify_runs(machine: Machine, runs: Runs, values: Mapping[str, float] | None = None,
-                  settings: EngineSettings | None = None, log: Log = lambda _: None,
-                  executor: Executor | None = None) -> Identification:
+                  settings: EngineSettings | None = None, log: Log = lambda _: None, executor: Executor | None = None,
+                  keep: Callable[[Identification], None] = lambda _: None) -> Identification:
     """Find what `runs` ask for in a machine; blocks that read each other's signals are simulated together.
 
     Where that leaves more than noise, something disturbs the machine that is neither known nor named, and reaches all
     signals: the blocks are studied apart, each driven by what was measured of the others.
     """
     began = time.perf_counter()
-    named = _explain(machine, runs, values, executor, log, lambda recorded: identify(recorded, settings, log),
+    named = _explain(machine, runs, values, executor, log, lambda recorded: identify(recorded, settings, log, keep),
                      lambda tried: tried.unexplained)
     return replace(named, seconds=time.perf_counter() - began)
 

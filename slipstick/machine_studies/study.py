@@ -60,9 +60,9 @@ def study_machine(machine: Machine, runs: Runs, settings: EngineSettings | None 
                   executor: Executor | None = None) -> Studied:
     """Find what recorded runs of a machine ask for, and confirm it in the simulation of the whole machine.
 
-    `log` is called with each step, and `keep` with the result that there is before the confirmation. The `executor`
-    computes with chunks of many runs, by default threads. Raises `BadRecording` for runs that are not of the machine,
-    and for too few.
+    `log` is called with each step, and `keep` with the result that there is before runs that are set aside are
+    searched, and with that before the confirmation. The `executor` computes with chunks of many runs, by default
+    threads. Raises `BadRecording` for runs that are not of the machine, and for too few.
     """
     require_enough(require_runs(machine, runs))
     steps = Steps(get_args(Step), log)
@@ -118,10 +118,13 @@ def _doubting(machine: Machine, runs: Runs, log: Callable[[Doing], None]) -> Ite
 
 
 def end_early(studied: Studied, budget: float) -> Studied:
-    """Return the result of a study whose time `budget` in s ended before the confirmation."""
+    """Return the result of a study whose time `budget` in s ended before the confirmation, or before that runs that are
+    set aside were searched."""
     result, figures = studied
-    partial = Partial(budget, ["the examination of the blocks"],
-                      ["the simulation of the whole machine, and with it the gap"])
+    missing = ["the simulation of the whole machine, and with it the gap"]
+    if len(result.set_aside) >= FEWEST and not any(finding.runs for finding in result.findings):
+        missing.insert(0, "a law that some of the runs that are set aside may have alone")
+    partial = Partial(budget, ["the examination of the blocks"], missing)
     return replace(result, partial=partial, sentence=f"Partial answer, as the time budget ended. {result.sentence}"), \
         figures
 

@@ -20,7 +20,7 @@ from slipstick.errors import BadRecording, InvalidValue, UnknownName
 from slipstick.interface.machine_study import MachineCalibration, MachineStudy
 from slipstick.machine import Effect, Kind, Machine, Runs, list_experiments, read_runs
 from slipstick.machine_studies import MachineStudyResult, study_machine
-from slipstick.machine_studies.study import calibrate_machine
+from slipstick.machine_studies.study import calibrate_machine, end_early
 from slipstick.machine_studies.words import name_run
 from slipstick.pictures.machine_study import machine_pictures
 from slipstick.report import made
@@ -445,6 +445,10 @@ def test_what_explains_runs_that_are_set_aside_is_a_finding_of_these_runs(folder
     assert {shown.run for shown in study.figures.runs} == set(rows)
     assert MachineStudy.from_dict(study.to_dict()).findings[0].runs == rows
     assert "Find out what differs in these runs:" in study.report(tmp_path / "study.html").read_text()
+    for findings, missing in ((study.findings, 1), ([], 2)):  # before these runs were searched, as well
+        partial = end_early((replace(study.result, findings=findings), study.figures), 60.0)[0].partial
+        assert partial is not None
+        assert len(partial.missing) == missing
 
 
 Change = Callable[[str], str]
