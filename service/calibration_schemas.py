@@ -2,7 +2,7 @@
 
 from pydantic import BaseModel, Field
 
-from slipstick.machine_studies.result import MachineParameter
+from slipstick.machine_studies.result import MachineParameter, StatedCondition
 from slipstick.time_budget import DEFAULT, Partial
 
 from .jobs import Ahead, MachineOfRuns, MissingMachine, Progress, RecordedJob, TimeBudget
@@ -88,6 +88,8 @@ class DeclaredCalibration(BaseModel):
     set_aside: list[int] = Field(description="Runs, numbered from 0, that are far worse than all others and not used.")
     run_names: list[str] = Field(default=[], description="Where each run is from, by its number, such as the file; "
                                                          "empty where the recordings do not say so.")
+    conditions: list[StatedCondition] = Field(default=[], description="Conditions whose stated values are off by more "
+                                                                     "than the machine declares.")
 
 
 class FinishedCalibration(BaseModel):

@@ -281,7 +281,7 @@ def _find_lateness(fit: Fit, pair: Pair) -> Coefficient:
     """Return by how much a sensor reads late beside its lag: its clock and the lag hardly differ, and take turns."""
     first = next(iter(fit.laws[pair].variables))
     part = next(each for each in fit.recorded.parts if each.name == first)
-    places = [term.place for term in (*fit.recorded.random, *fit.recorded.shared)]
+    places = [term.place for term in fit.recorded.terms]
     place = places.index(clock_of(part, pair[0].removesuffix(SENSOR)))
     value, error = float(fit.fitted.coefficients[place]), float(np.sqrt(fit.fitted.covariance[place, place]))
     return Coefficient("late besides", value, value - DEVIATIONS * error, value + DEVIATIONS * error, "samples")

@@ -197,7 +197,7 @@ def build_part(recorded: Recorded, part: Part, state: State, laws: Mapping[Pair,
     """Return the linear model of a part with the `laws` of a state, which have no rows if they are fixed."""
     model = predict_part(recorded, part, state, laws)
     model = replace(model, whitening=Whitening.of(part.counted, part.sensors, part.loudness, model.find_carried()))
-    terms = [term for term in (*recorded.random, *recorded.shared) if touches(term, part)]
+    terms = [term for term in recorded.terms if touches(term, part)]
     varied = {} if is_fixed else model.laws
     keys = tuple(dict.fromkeys([key_of_term(term) for term in terms]
                                + [key_of_law(law, part) for law in varied.values() if is_between(law)]))
@@ -377,7 +377,7 @@ def _unit(recorded: Recorded, model: PartModel, key: Key) -> np.ndarray:
 
 
 def _term_of(recorded: Recorded, key: Key) -> Term:
-    return next(term for term in (*recorded.random, *recorded.shared) if key_of_term(term) == key)
+    return next(term for term in recorded.terms if key_of_term(term) == key)
 
 
 def _typical(recorded: Recorded, model: PartModel, key: Key) -> float:

@@ -103,7 +103,7 @@ def expand(recorded: Recorded, model: PartFit, laws: Mapping[Pair, Candidate], s
 def _locate(recorded: Recorded, model: PartFit, laws: Mapping[Pair, Candidate]) -> tuple[np.ndarray, np.ndarray]:
     """Return the row (c - 1,) of a part to which each coefficient belongs, and its factors (n, c - 1): 0 of another."""
     rows, factors = list[np.ndarray](), list[np.ndarray]()
-    for term in (*recorded.random, *recorded.shared):
+    for term in recorded.terms:
         is_here = touches(term, model.part)
         rows.append(np.array([model.keys.index(key_of_term(term)) if is_here else 0]))
         factors.append(term.values[:, None] * is_here)

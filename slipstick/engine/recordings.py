@@ -170,6 +170,11 @@ class Recorded:
         return len(self.runs)
 
     @property
+    def terms(self) -> tuple[Term, ...]:
+        """All terms, the random ones first, in the order of their coefficients."""
+        return *self.random, *self.shared
+
+    @property
     def widest(self) -> np.ndarray:
         """Largest standard deviations (r,) of the random terms between runs, as they are declared."""
         return np.array([term.widest for term in self.random])

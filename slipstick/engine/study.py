@@ -33,7 +33,7 @@ from slipstick.engine.settings import EngineSettings
 from slipstick.engine.settling import fit_bare, list_unexplained, settle
 from slipstick.engine.simulation import simulate
 from slipstick.errors import InvalidValue
-from slipstick.machine.declaration import Machine
+from slipstick.machine.declaration import Machine, identifier_of
 from slipstick.machine.digest import digest
 from slipstick.machine.kinds import KINDS
 from slipstick.machine.runs import Profile, Runs
@@ -102,6 +102,20 @@ class ParameterEstimate:
     known: bool
     beyond: bool
     nominal: float
+
+
+@dataclass(frozen=True)
+class ConditionEstimate:
+    """How far the stated values of the condition `name` are off, as a share of them.
+
+    `error` is that of the level, or of the drift over the run order, that is off most for what is declared, and
+    `scatter` the standard deviation between runs. It is `beyond` as a parameter is.
+    """
+
+    name: str
+    error: float
+    scatter: float
+    beyond: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,8 +240,7 @@ def fit_parameters(machine: Machine, runs: Runs, log: Log = lambda _: None, exec
 
 def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:
     """Return the estimates of the parameters of a fit, in their units."""
-    estimates, recorded = list[ParameterEstimate](), fit.recorded
-    terms = (*recorded.random, *recorded.shared)
+    estimates, recorded, terms = list[ParameterEstimate](), fit.recorded, fit.recorded.terms
     scatter, held = np.append(np.sqrt(fit.fitted.variance), np.zeros(len(recorded.shared))), fit.fitted.held
     for place, term in enumerate(terms):
         declared = {each.name: each for each in recorded.machine.parameters}.get(term.name)
@@ -236,14 +249,40 @@ def estimate_parameters(fit: Fit) -> tuple[ParameterEstimate, ...]:
         nominal = next(part.parameters[term.place] for part in recorded.parts if term.place in part.parameters).mean()
         mean = fit.fitted.coefficients[place]
         error = term.std if held[place] else np.sqrt(fit.fitted.covariance[place, place])
-        is_beyond = (held[place] or abs(mean - term.target) > _OUTSIDE * declared.within
-                     or (scatter[place] > declared.scatter > 0
-                     and weigh_scatter(fit.fitted, place, declared.scatter) > 0.5 * _OUTSIDE**2))
+        is_beyond = _is_far_off(fit, place, declared.within) or (
+            place < len(recorded.random) and _is_scattered(fit, place, declared.scatter))
         estimated = float(nominal * np.exp(mean) if term.is_factor else nominal + term.size * mean)
         size = abs(estimated) if term.is_factor else term.size
         estimates.append(ParameterEstimate(term.name, estimated, float(size * error), float(size * scatter[place]),
-                                           bool(error < 0.7 * term.std), bool(is_beyond), float(nominal)))
+                                           bool(error < 0.7 * term.std), is_beyond, float(nominal)))
     return tuple(estimates)
+
+
+def estimate_conditions(fit: Fit) -> tuple[ConditionEstimate, ...]:
+    """Return how far stated conditions are off."""
+    estimates, count = list[ConditionEstimate](), len(fit.recorded.random)
+    for condition in fit.recorded.machine.conditions:
+        places = [place for place, term in enumerate(fit.recorded.terms) if term.place == identifier_of(condition.name)]
+        errors = {place: float(fit.fitted.coefficients[place]) for place in places if place >= count}
+        scatters = [place for place in places if place < count]
+        beyond = (any(_is_far_off(fit, place, condition.within) for place in errors)
+                  or any(_is_scattered(fit, place, condition.scatter) for place in scatters))
+        estimates.append(ConditionEstimate(
+            condition.name, max(errors.values(), key=abs, default=0.0),
+            float(np.sqrt(fit.fitted.variance[scatters].sum())), beyond))
+    return tuple(estimates)
+
+
+def _is_far_off(fit: Fit, place: int, within: float) -> bool:
+    """Return whether the mean of a term is outside of what is declared of it, or held at the end of that."""
+    away = fit.fitted.coefficients[place] - fit.recorded.terms[place].target
+    return bool(fit.fitted.held[place] or abs(away) > _OUTSIDE * within)
+
+
+def _is_scattered(fit: Fit, place: int, most: float) -> bool:
+    """Return whether runs tell that a random term scatters by more than `most`."""
+    return bool(np.sqrt(fit.fitted.variance[place]) > most > 0
+                and weigh_scatter(fit.fitted, place, most) > 0.5 * _OUTSIDE**2)
 
 
 def _confirm(machine: Machine, runs: Runs, values: Mapping[str, float] | None, named: Identification,

@@ -19,7 +19,7 @@ from slipstick.interface.progress import ProgressLine, Show
 from slipstick.interface.result import Result
 from slipstick.machine import Machine, Runs
 from slipstick.machine_studies import MachineFigures, MachineStudyResult, study_machine
-from slipstick.machine_studies.result import MachineFinding, MachineParameter, Rival
+from slipstick.machine_studies.result import MachineFinding, MachineParameter, Rival, StatedCondition
 from slipstick.machine_studies.study import Studied, calibrate_machine, end_early, law_table
 from slipstick.machine_studies.words import name_run
 from slipstick.pictures.machine_study import LEVEL, machine_pictures
@@ -180,7 +180,8 @@ class MachineCalibration(Result):
     """The parameters of a declared machine, fitted to recorded runs, with 95 % intervals and scatter between runs.
 
     `chi_square` is the median reduced chi-square of each block, 1 if only noise is left. Runs are numbered as recorded,
-    and have names where the recordings say where they are from.
+    and have names where the recordings say where they are from. `conditions` are those whose stated values are off by
+    more than is declared.
     """
 
     kind: ClassVar[str] = "machine calibration"
@@ -190,10 +191,11 @@ class MachineCalibration(Result):
     chi_square: dict[str, float]
     set_aside: list[int]
     run_names: list[str] = field(default_factory=list)
+    conditions: list[StatedCondition] = field(default_factory=list)
 
     def summary(self) -> list[str]:
         """What each block leaves, and what is not determined or outside of its declaration."""
-        return machine_calibration_summary(self.machine, self.parameters, self.chi_square,
+        return machine_calibration_summary(self.machine, self.parameters, self.conditions, self.chi_square,
                                            [name_run(run, self.run_names) for run in self.set_aside])
 
     def pictures(self) -> dict[str, tuple[Spec, str]]:
@@ -207,13 +209,15 @@ class MachineCalibration(Result):
     def to_dict(self) -> dict[str, Any]:
         """The calibration as JSON."""
         return {"machine": self.machine, "parameters": [asdict(each) for each in self.parameters],
-                "chi_square": self.chi_square, "set_aside": self.set_aside, "run_names": self.run_names}
+                "chi_square": self.chi_square, "set_aside": self.set_aside, "run_names": self.run_names,
+                "conditions": [asdict(each) for each in self.conditions]}
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> "MachineCalibration":
         """The calibration whose `to_dict` is `values`."""
         return cls(values["machine"], [MachineParameter(**each) for each in values["parameters"]],
-                   values["chi_square"], values["set_aside"], values.get("run_names", []))
+                   values["chi_square"], values["set_aside"], values.get("run_names", []),
+                   [StatedCondition(**each) for each in values.get("conditions", [])])
 
 
 def calibration_of_machine(machine: Machine, runs: Runs, budget: float | str | None, progress: bool | Show,
@@ -228,8 +232,8 @@ def calibration_of_machine(machine: Machine, runs: Runs, budget: float | str | N
                 raise TimeBudgetEnded.before(limit, "the parameters were fitted")
             show(doing.words, None)
 
-        fitted = calibrate_machine(machine, runs, log, executor)
-    return MachineCalibration(machine.name, *fitted, list(runs.names))
+        parameters, chi_square, set_aside, conditions = calibrate_machine(machine, runs, log, executor)
+    return MachineCalibration(machine.name, parameters, chi_square, set_aside, list(runs.names), conditions)
 
 
 def _frame(parameters: Sequence[MachineParameter]) -> Any:

@@ -125,6 +125,25 @@ class MachineParameter:
 
 
 @dataclass(frozen=True)
+class StatedCondition:
+    """A condition whose stated values are off by more than the machine declares; shares of these values."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _DOCUMENTED
+
+    name: str
+    """Name of the condition."""
+    error: float
+    """Error of the level, or of the drift over the run order, that is off most; no more than three times the declared
+    one is looked for."""
+    declared_error: float
+    """Standard deviation of these errors as declared."""
+    scatter: float
+    """Standard deviation of the errors between runs; no more than three times the declared one is looked for."""
+    declared_scatter: float
+    """The largest one as declared."""
+
+
+@dataclass(frozen=True)
 class MachineGap:
     """The squares beyond noise that the simulation of the whole machine leaves, by runs whose own did not enter."""
 
@@ -193,6 +212,8 @@ class MachineStudyResult:
     """What is of another order, or of the other sign, in the recordings than in the machine's own experiments."""
     run_names: list[str] = field(default_factory=list)
     """Where each run is from, by its number, such as the file; empty where the recordings do not say so."""
+    conditions: list[StatedCondition] = field(default_factory=list)
+    """Conditions whose stated values are off by more than the machine declares, beside the findings."""
 
     def to_dict(self) -> dict[str, Any]:
         """The result as JSON."""

@@ -21,6 +21,7 @@ from slipstick.engine.study import (
     Confirmation,
     MachineStudy,
     ParameterEstimate,
+    estimate_conditions,
     estimate_parameters,
     fit_parameters,
     require_solved,
@@ -41,6 +42,7 @@ from slipstick.machine_studies.result import (
     MachineStudyResult,
     Rival,
     ShownRun,
+    StatedCondition,
 )
 from slipstick.machine_studies.words import answer, name_finding
 from slipstick.studies.export import tabulate_finding
@@ -85,16 +87,18 @@ def require_enough(runs: Runs) -> None:
 
 
 def calibrate_machine(machine: Machine, runs: Runs, log: Callable[[Doing], None] = lambda _: None,
-                      executor: Executor | None = None) -> tuple[list[MachineParameter], dict[str, float], list[int]]:
+                      executor: Executor | None = None
+                      ) -> tuple[list[MachineParameter], dict[str, float], list[int], list[StatedCondition]]:
     """Fit the parameters of a machine to runs of it; raises `BadRecording` for runs that are not of the machine.
 
-    Returns the parameters, the median reduced chi-square of each block, and the runs that are set aside.
+    Returns the parameters, the median reduced chi-square of each block, the runs that are set aside, and conditions
+    whose stated values are off.
     """
     with _doubting(machine, require_runs(machine, runs), log):
         fit = fit_parameters(machine, runs, log, executor)
     aside = sorted(set(range(len(runs))) - set(fit.recorded.rows.tolist()))
     return ([_state_parameter(each, machine) for each in estimate_parameters(fit)],
-            {name: float(np.median(chi)) for name, chi in fit.chi_square.items()}, aside)
+            {name: float(np.median(chi)) for name, chi in fit.chi_square.items()}, aside, _list_conditions(fit))
 
 
 @contextmanager
@@ -162,7 +166,8 @@ def _conclude(studied: MachineStudy, runs: Runs, doubts: list[str]) -> Studied:
         [_state_parameter(each, machine, without.get(each.name)) for each in studied.parameters_beside_kinds],
         None if confirmation is None else _state_gap(confirmation), list(named.set_aside), len(fitted.recorded.rows),
         noise, {**runs.units, **units_of(machine)}, runs.digest, studied.digest,
-        seen=_list_seen(runs.take(fitted.recorded.rows)), doubts=doubts, run_names=list(runs.names))
+        seen=_list_seen(runs.take(fitted.recorded.rows)), doubts=doubts, run_names=list(runs.names),
+        conditions=_list_conditions(fitted))
     models = {"before": bare} | ({"after": fitted} if named.findings else {})
     if named.apart is not None and not named.findings:
         models = {"before": join(named.apart.bare), "after": join(named.apart.fits)}
@@ -221,6 +226,12 @@ def _state_parameter(estimate: ParameterEstimate, machine: Machine,
                             estimate.known, estimate.beyond,
                             estimate.nominal if parameter.first_of is None else None,
                             None if before is None else before.mean, before is not None and before.beyond)
+
+
+def _list_conditions(fit: Fit) -> list[StatedCondition]:
+    return [StatedCondition(each.name, each.error, declared.within, each.scatter, declared.scatter)
+            for each, declared in zip(estimate_conditions(fit), fit.recorded.machine.conditions, strict=True)
+            if each.beyond]
 
 
 def _list_seen(runs: Runs) -> dict[str, list[float]]:

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from slipstick.bench import parameters
 from slipstick.calibration import Calibration
-from slipstick.machine_studies.result import MachineParameter
+from slipstick.machine_studies.result import MachineParameter, StatedCondition
 from slipstick.machine_studies.words import name_run
 from slipstick.pictures import parameters as parameters_picture
 from slipstick.pictures.theme import Spec, in_words
@@ -13,7 +13,7 @@ from slipstick.pictures.units import fixed, number, scale, with_unit
 from slipstick.recordings.signals import SIGNAL_UNITS
 from slipstick.report import markup
 from slipstick.report.doubts import LARGE_CHI_SQUARE
-from slipstick.report.machine_study import tabulate_parameters
+from slipstick.report.machine_study import state_condition, tabulate_parameters
 from slipstick.report.shell import document, figures, home_of, provenance, tell_facts, tell_recordings
 from slipstick.report.words import signed
 
@@ -99,13 +99,14 @@ def calibration_summary(calibration: Calibration) -> list[str]:
     return lines if calibration.converged else [*lines, _NOT_CONVERGED]
 
 
-def machine_calibration_summary(machine: str, fitted: list[MachineParameter], chi_square: Mapping[str, float],
-                                set_aside: list[str]) -> list[str]:
+def machine_calibration_summary(machine: str, fitted: list[MachineParameter], conditions: list[StatedCondition],
+                                chi_square: Mapping[str, float], set_aside: list[str]) -> list[str]:
     """What each block of a declared machine leaves, what is not determined or outside of its declaration, and runs."""
     left = ", ".join(f"{name} {chi:.2f}" for name, chi in chi_square.items())
     lines = [f"{len(fitted)} parameters of the machine “{machine}” fitted. Reduced chi-square: {left}."]
     for words, names in (("Not determined", [each.name for each in fitted if not each.determined]),
                          ("Outside of what is declared", [each.name for each in fitted if each.beyond]),
+                         ("Stated conditions outside of what is declared", list(map(state_condition, conditions))),
                          ("Runs set aside", set_aside)):
         if names:
             lines.append(f"{words}: {', '.join(names)}.")
@@ -158,8 +159,8 @@ def _machine_page(job: Mapping[str, Any], output: Mapping[str, Any]) -> str:
     result = output["result"]
     fitted = [MachineParameter(**each) for each in result["parameters"]]
     lead, *limits = machine_calibration_summary(
-        result["machine"], fitted, result["chi_square"],
-        [name_run(run, result.get("run_names", [])) for run in result["set_aside"]])
+        result["machine"], fitted, [StatedCondition(**each) for each in result.get("conditions", [])],
+        result["chi_square"], [name_run(run, result.get("run_names", [])) for run in result["set_aside"]])
     chi_square = [(name, f"{value:.2f}") for name, value in result["chi_square"].items()]
     table = tabulate_parameters(fitted)
     title = f"Parameters of the machine {result['machine']} from “{job['recordings']}”"

@@ -7,7 +7,14 @@ from itertools import pairwise
 from typing import Any
 
 from slipstick.machine_studies import MachineFigures, MachineStudyResult
-from slipstick.machine_studies.result import MachineBlock, MachineFinding, MachineGap, MachineParameter, Rival
+from slipstick.machine_studies.result import (
+    MachineBlock,
+    MachineFinding,
+    MachineGap,
+    MachineParameter,
+    Rival,
+    StatedCondition,
+)
 from slipstick.machine_studies.study import law_table
 from slipstick.machine_studies.words import find_past_signal, is_memory, name_run
 from slipstick.pictures import units
@@ -343,6 +350,10 @@ def warnings(result: MachineStudyResult) -> Entries:
     if beyond:
         entries.append(("Outside of what is declared:", f"{listed(beyond)}. A declaration that is too tight may look "
                         "like a law, or hide it; or something is missing that the parameter stands for."))
+    if result.conditions:
+        entries.append(("Stated conditions outside of what is declared:",
+                        f"{'; '.join(map(state_condition, result.conditions))}. Measure them in the runs, or declare "
+                        "how far they may be off: a law may look like such an error, or hide in it."))
     if result.gap is not None and not result.gap.converged:
         entries.append(("Not converged:", "a fit of the whole machine. Whether it confirms the findings is not sure."))
     if result.gap is not None and result.gap.control_closed is not None and result.gap.closed is not None \
@@ -453,6 +464,15 @@ def _describe_gap(result: MachineStudyResult) -> Section:
 def _state_closed(left: float, closed: float | None) -> tuple[str, str]:
     """Return what is left and which share is closed."""
     return ("", "did not converge") if closed is None else (units.number(left, 3), _share(closed))
+
+
+def state_condition(each: StatedCondition) -> str:
+    """Return how far the stated values of a condition are off, and what is declared, in words."""
+    error, within, scatter, most = (f"{100 * abs(share):.1f} %" for share in (
+        each.error, each.declared_error, each.scatter, each.declared_scatter))
+    side = "above" if each.error > 0 else "below"
+    return (f"{each.name}, {error} {side} what is stated where it is off most (declared: {within}), with a scatter of "
+            f"{scatter} between runs (declared: at most {most})")
 
 
 def tabulate_parameters(parameters: Sequence[MachineParameter]) -> Table:
