@@ -276,7 +276,9 @@ def _advise_without(result: MachineStudyResult) -> tuple[str, str]:
 
 def _list_next(result: MachineStudyResult) -> list[str]:
     doubtful = [check_channels(f"{block.name}: {block.signals}") for block in result.blocks if _leaves_much(block)]
-    return [*doubtful, *_list_runs(result)]
+    off = [f"measure the {each.name} in each run: what is stated is off by more than is declared."
+           for each in result.conditions]
+    return [*doubtful, *off, *([] if off and result.kind == "none" else _list_runs(result))]
 
 
 def _list_runs(result: MachineStudyResult) -> list[str]:
