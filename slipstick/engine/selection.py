@@ -39,6 +39,15 @@ class Lead:
     errors: float
 
 
+def is_rival(lead: Lead, nats: float, settings: EngineSettings) -> bool:
+    """Return whether a law that gains `nats` is not told apart from another one that asks to be named.
+
+    Laws that do nearly the same may differ by nearly nothing, but alike in all runs.
+    """
+    return lead.nats > settings.nats and (lead.errors < settings.apart
+                                          or nats - lead.nats < 0.5 * settings.apart**2)
+
+
 @dataclass(frozen=True, eq=False)
 class Finding:
     """A law that the recordings ask for: `nats` in log marginal likelihood, `errors` of agreement of the runs.
@@ -213,7 +222,7 @@ class _Search:
         best = self._choose(passing)
         leads = tuple(self._lead(best, trial) for trial in trials if trial is not best)
         self.findings.append(replace(best.finding, leads=leads, rivals=tuple(
-            each.pair for each in leads if each.nats > self.settings.nats and each.errors < self.settings.apart)))
+            each.pair for each in leads if is_rival(each, best.finding.nats, self.settings))))
         self._say(f"Named {' over '.join(best.finding.pair)}, which gains {best.finding.nats:.1f} nats by "
                   f"{best.finding.errors:.1f} standard errors: fitting the blocks that it changes")
         self.fits = {group: fit for group, fit in self.fits.items() if group not in best.groups}

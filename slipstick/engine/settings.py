@@ -15,7 +15,8 @@ class EngineSettings:
     errors: float = 4.0
     """Least agreement of the runs, in standard errors: gains held out in each run over those expected there."""
     apart: float = 2.5
-    """Standard errors by which a law leads another one, or both are reported as a tie."""
+    """Standard errors by which a law leads another one, and half of whose square it leads in nats, or both are reported
+    as a tie."""
     further: float = 0.03
     """Share of what the first law of a part has gained that a further one must gain: what a law leaves of the first is
     not another one."""

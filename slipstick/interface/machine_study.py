@@ -26,7 +26,7 @@ from slipstick.pictures.machine_study import LEVEL, machine_pictures
 from slipstick.pictures.theme import Spec
 from slipstick.recordings import Recordings
 from slipstick.report.calibration import machine_calibration_summary
-from slipstick.report.machine_study import lead, machine_study_page, tell_evidence
+from slipstick.report.machine_study import lead, machine_study_page, tell_evidence, warnings
 from slipstick.studies.export import has_table
 from slipstick.studies.finding import Coefficient
 from slipstick.studies.progress import StudyProgress
@@ -112,8 +112,9 @@ class MachineStudy(Result):
         return [FindingOfMachine(each) for each in self.result.findings]
 
     def summary(self) -> list[str]:
-        """The answer, and by how much the findings close the gap."""
-        return [f"{self.answer}.", lead(self.result) or tell_evidence(self.result)]
+        """The answer, by how much the findings close the gap, and warnings."""
+        return [f"{self.answer}.", lead(self.result) or tell_evidence(self.result),
+                *(" ".join(entry) for entry in warnings(self.result))]
 
     def pictures(self) -> dict[str, tuple[Spec, str]]:
         """What shows the findings, the laws, and the runs that are described worst."""

@@ -18,7 +18,7 @@ from slipstick.engine.measured_law import measure
 from slipstick.engine.preparation import prepare
 from slipstick.engine.priors import Prior
 from slipstick.engine.recordings import Recorded
-from slipstick.engine.selection import Identification, _Search, identify
+from slipstick.engine.selection import Identification, Lead, _Search, identify, is_rival
 from slipstick.engine.settings import EngineSettings
 from slipstick.engine.settling import is_unexplained, settle, temper
 from slipstick.engine.simulation import simulate
@@ -191,6 +191,13 @@ def test_held_out_densities_are_those_of_fits_without_the_run(leaking: Identific
 def test_runs_agree_where_the_law_acts(gains: np.ndarray, expected: np.ndarray, agrees: bool) -> None:
     noisy = gains + 0.2 * np.random.default_rng(1).standard_normal(len(gains))
     assert (agree(noisy, expected) > EngineSettings().errors) == agrees
+
+
+@pytest.mark.parametrize(("nats", "errors", "is_so"), [
+    (99.0, 1.0, True), (90.0, 1.0, True), (90.0, 3.0, False), (99.9, 3.0, True), (11.0, 1.0, False)])
+def test_a_rival_is_not_far_behind_in_errors_or_in_nats(nats: float, errors: float, is_so: bool) -> None:
+    """Where all runs agree that it is behind by nearly nothing, it may be right as well."""
+    assert is_rival(Lead(("leak", "level"), nats, errors), 100.0, EngineSettings()) == is_so
 
 
 def test_a_law_of_no_size_changes_nothing(tight: Recorded) -> None:

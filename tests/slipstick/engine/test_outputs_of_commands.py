@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slipstick.engine import selection
+from slipstick.engine import settling
 from slipstick.engine.laws import list_candidates
 from slipstick.engine.preparation import prepare
 from slipstick.engine.recordings import Part, pose_nominal
@@ -96,6 +96,6 @@ def test_the_clock_of_an_output_that_jumps_is_found_from_afar(late: float, monke
     clock, = (value for term, value in zip(recorded.shared, fitted.state.shared, strict=True) if term.kind == "clock")
     assert abs(clock - late / 0.01) < 0.1
     assert fitted.chi_square["coil"].mean() < 1.1
-    monkeypatch.setattr(selection, "_try_clocks", lambda fitted: fitted)
+    monkeypatch.setattr(settling, "_try_clocks", lambda fitted: fitted)
     stuck, = settle(recorded, EngineSettings())
     assert stuck.chi_square["coil"].mean() > 10

@@ -7,7 +7,7 @@ import slipstick
 from slipstick.engine.simulation import simulate
 from slipstick.interface.machine_study import MachineCalibration
 from slipstick.machine import Block, Command, Condition, Machine, Parameter, Profile, Runs, Sensor
-from slipstick.report.machine_study import advise, warnings
+from slipstick.report.machine_study import advise
 from slipstick.report.study.parts import Items
 
 RUNS, TIME, LOADS = 24, np.linspace(0, 4, 81), (1.0, 2.0, 3.0)
@@ -44,8 +44,7 @@ def test_a_condition_is_said_that_is_off_at_a_level_or_from_run_to_run(
     assert off.name == "load"
     assert error[0] <= off.error <= error[1]
     assert scatters[0] <= off.scatter <= scatters[1]
-    assert [lead for lead, text in warnings(study.result) if "load" in text] == [
-        "Stated conditions outside of what is declared:"]
+    assert study.summary()[-1].startswith("Stated conditions outside of what is declared: load, ")
     advice = [entry for part in advise(study.result).parts if isinstance(part, Items) for entry in part.entries]
     assert [text.partition(":")[0] for lead, text in advice if lead == "Next experiment:"] == [
         "measure the load in each run"]
