@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from slipstick.clutch.effects import CATALOGUE, Effect, find
-from slipstick.clutch.effects.effect import Signals
+from slipstick.clutch.effects.effect import SENSORS, Signals
 from slipstick.law_files import insert_values
 from slipstick.naming.measured import LawPoints
 from slipstick.studies.finding import FindingResult
@@ -26,7 +26,8 @@ def formula(name: str, values: Sequence[float], law: LawPoints) -> np.ndarray | 
     """
     effect = find(name)
     on, blank = law.pair[1], Signals(*[0.0] * len(Signals._fields))
-    if law.x is None or effect.memory is not None or law.pair != effect.pairs[0] or on not in (*_FIELDS, "direction"):
+    if (law.x is None or effect.memory is not None or effect.quantity in SENSORS or law.pair != effect.pairs[0]
+            or on not in (*_FIELDS, "direction")):
         return None
     x = law.x / _RUN if on == "run order" else law.x
     # What depends on the direction of the piston is measured over its rate, which is the quantity itself.

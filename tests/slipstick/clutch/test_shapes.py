@@ -7,7 +7,7 @@ import pytest
 
 from slipstick.bench import Bench
 from slipstick.clutch import effects
-from slipstick.clutch.effects.effect import DEPENDENCES, SCALAR_DEPENDENCES, Effect, Signals
+from slipstick.clutch.effects.effect import DEPENDENCES, SCALAR_DEPENDENCES, SENSORS, Effect, Signals
 from slipstick.clutch.effects.shape import Shape
 from slipstick.errors import InvalidValue, UnknownName
 from tests.benches import BENCHES, HEAVY
@@ -35,6 +35,8 @@ def change(effect: Effect, bench: Bench, x: np.ndarray) -> np.ndarray:
     """The change by the formula at the typical coefficients, where the quantity is 1 or the dependence itself."""
     base = dict.fromkeys(Signals._fields, 0.0)
     coefficients = effect.on(bench.scales).typical
+    if effect.quantity in SENSORS:
+        return np.asarray(effect.formula(np.ones_like(x), x, coefficients) - 1)
     changes = []
     for one in x:
         value = one if effect.depends_on == "piston rate" else 1.0

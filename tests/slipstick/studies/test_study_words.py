@@ -1,8 +1,11 @@
 """What findings are called, the formula of an effect beside a law, the answer in a sentence, and progress in words."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from slipstick.clutch.effects import Shape, find
 from slipstick.naming.asked import Asked, steps
 from slipstick.naming.measured import LawPoints
 from slipstick.recordings.signals import SIGNAL_UNITS
@@ -121,6 +124,14 @@ X = np.linspace(0.0, 100.0, 6)
 
 def law(pair: tuple[str, str], change: np.ndarray, relative: bool = False, up_to: str = "nothing") -> LawPoints:
     return LawPoints(pair, X, "rad/s", change, "N m", relative, np.eye(len(X)), up_to)  # type: ignore[arg-type]
+
+
+def test_the_formula_of_a_sensor_is_not_compared(monkeypatch: pytest.MonkeyPatch) -> None:
+    def creep(values: np.ndarray, times: np.ndarray, c: tuple[float, ...]) -> np.ndarray:
+        return np.asarray(values + c[0] * times)
+    effect = replace(find("output_torque_sensor_offset"), depends_on="time", formula=creep, shape=Shape())
+    monkeypatch.setattr("slipstick.studies.formula.find", lambda name: effect)
+    assert formula(effect.name, [5.0], law(("output torque sensor", "time"), 5.0 * X)) is None
 
 
 def test_a_drag_is_the_square_of_the_speed() -> None:
