@@ -93,8 +93,9 @@ class Numbers:
         raise BadRecording(
             f"The current '{given.channel}' of {source.name} follows no current profile of the bench: from the shift "
             f"command at {start:.4g} s on, it is {away:.3g} A off profile {best}, the nearest",
-            f"Correct [shift_command]: from {begin:.3g} s on, the current follows profile {other}" if off < limit else
-            "Check its unit and the shift command, or add the profile to the bench")
+            f"Correct [shift_command], or leave the file out where its trigger alone is off: from {begin:.3g} s on, "
+            f"the current follows profile {other}" if off < limit else
+            "Check its unit and the shift command, add the profile to the bench, or leave the file out")
 
 
 def _follow(profiles: tuple[np.ndarray, np.ndarray], measured: Track, start: float) -> tuple[int, float, float]:

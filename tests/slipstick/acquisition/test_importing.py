@@ -178,7 +178,8 @@ def test_the_current_profile_is_the_nearest_one_or_refused() -> None:
     assert error.value.remedy.startswith("Check its unit and the shift command")
     with pytest.raises(BadRecording, match=r"from the shift command at 0\.3 s on") as error:
         imported(followed[1], text=text.replace('time = "100 ms"', 'time = "300 ms"'))
-    assert error.value.remedy == "Correct [shift_command]: from 0.1 s on, the current follows profile 1"
+    assert error.value.remedy == ("Correct [shift_command], or leave the file out where its trigger alone is off: "
+                                  "from 0.1 s on, the current follows profile 1")
 
 
 def test_a_sheet_has_columns_of_unique_names_and_one_decimal_sign() -> None:
