@@ -74,7 +74,7 @@ def _import_bench(arguments: argparse.Namespace, bench: Bench) -> int:
     if imported.recordings.signals is not None:
         print("simulating one engagement for the page", file=sys.stderr)
     return _write(page, imported_page(arguments.out.stem, imported, bench, compare(imported.recordings, bench)),
-                  arguments.out)
+                  arguments.out, imported)
 
 
 def _import_machine(arguments: argparse.Namespace, machine: Machine) -> int:
@@ -86,7 +86,7 @@ def _import_machine(arguments: argparse.Namespace, machine: Machine) -> int:
     imported = _read(files, arguments.map, mapping, lambda sources, plan, progress: import_runs(
         sources, mapping, machine, plan, ranges, progress))
     write(arguments.out, write_runs(imported.runs, machine))
-    return _write(page, imported_runs_page(arguments.out.stem, imported), arguments.out)
+    return _write(page, imported_runs_page(arguments.out.stem, imported), arguments.out, imported)
 
 
 def _require_paths(arguments: argparse.Namespace) -> Path:
@@ -102,18 +102,17 @@ def _require_paths(arguments: argparse.Namespace) -> Path:
 
 def _read(files: Sequence[Path], beside: Path, mapping: FileMap,
           importer: Callable[[Iterator[Source], bytes | None, Callable[[str], None]], Result]) -> Result:
-    """What an importer makes of files by their mapping, which is printed; the sheet of conditions is `beside` it."""
+    """What an importer makes of files by their mapping; the sheet of conditions is `beside` it."""
     plan = None if mapping.plan is None else _plan(beside, mapping.plan)
     with ProgressLine(log=True) as line:
         done = iter(range(len(files) + 1))
         line.count(next(done), len(files), "files")
-        imported = importer(_sources(files, mapping), plan, lambda name: line.count(next(done), len(files), "files"))
-    print(report(imported))
-    return imported
+        return importer(_sources(files, mapping), plan, lambda name: line.count(next(done), len(files), "files"))
 
 
-def _write(page: Path, text: str, out: Path) -> int:
+def _write(page: Path, text: str, out: Path, imported: ImportedFiles) -> int:
     write(page, text.encode())
+    print(report(imported))  # when all is written: whoever reads it may stop after a line, which ends the command
     print(f"Wrote {out} and {page}: look at the pictures before you go on")
     return 0
 

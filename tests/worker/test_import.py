@@ -42,6 +42,17 @@ def test_a_folder_becomes_recordings_and_a_page(folder: Path, capsys: pytest.Cap
     assert 'class="warnings"' not in page
 
 
+def test_files_are_written_before_anything_is_said(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever reads what the command says may stop after a line, which ends it."""
+    def say(text: str, file: object = None) -> None:
+        if file is None:
+            raise BrokenPipeError
+
+    monkeypatch.setattr("worker.import_.print", say, raising=False)
+    assert imported(folder) == 1
+    assert len(Recordings.open(folder / "out" / "mine.h5").measured_time) == 3
+
+
 def test_what_is_set_aside_and_looks_wrong_is_on_the_page(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "files" / "run3.csv").write_bytes(csv(run(lock=2.0)))
     (folder / "channels.toml").write_text(MAP.replace(", sign = -1", ""))
