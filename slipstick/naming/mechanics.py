@@ -40,7 +40,8 @@ def true_torque(scene: Scene, laws: Sequence[tuple[Pair, np.ndarray]], finer: Ma
     """Torque (n, k) in N m without noise and without the errors of its sensor that are among `laws`.
 
     The torque that reads as the smooth one is found by iteration. From lock-up on the smooth one is that of rigidly
-    coupled shafts, without errors of a sensor.
+    coupled shafts: without errors of a sensor but for the gain, which their parameters, fitted to the torque as it was
+    read, have taken.
     """
     torque = smooth = scene.smooth["output_torque"]
     gain = [law for law in laws if law[0] == TORQUE_GAIN]
@@ -50,7 +51,7 @@ def true_torque(scene: Scene, laws: Sequence[tuple[Pair, np.ndarray]], finer: Ma
         # Of the other errors only a lag depends on the torque.
         for _ in range(_ROUNDS if any(pair[1] == "lag" for pair, _ in others) else 1):
             left = smooth - slipping * sensor_errors.error(scene, torque, others, TORQUE_GAIN[0], finer)
-            torque = np.where(slipping, _without_gain(scene, left, gain, finer), left)
+            torque = _without_gain(scene, left, gain, finer)
     return torque
 
 
@@ -69,13 +70,12 @@ def _without_gain(scene: Scene, read: np.ndarray, laws: Sequence[tuple[Pair, np.
 
 def steepness(scene: Scene, torque: np.ndarray, laws: Sequence[tuple[Pair, np.ndarray]],
               finer: Mapping[Pair, int]) -> np.ndarray:
-    """Change (n, k) of the reading of a `torque` (n, k) with this, where `true_torque` is found from it; else 1.
+    """Change (n, k) of the reading of a `torque` (n, k) with this, from which `true_torque` is found.
 
     It is that of the gain errors among `laws`. What a law adds to an error moves the true torque, and the error there.
     """
     gains = [(pair, c) for pair, c in laws if pair == TORQUE_GAIN]
-    read = sensor_errors.as_read(scene, np.ones(torque.shape)[:, None], torque, gains, TORQUE_GAIN[0], finer)[:, 0]
-    return np.where(scene.time < scene.recordings.measured_time[:, None], read, 1.0)
+    return sensor_errors.as_read(scene, np.ones(torque.shape)[:, None], torque, gains, TORQUE_GAIN[0], finer)[:, 0]
 
 
 def with_walk(predicted: np.ndarray, measured: np.ndarray, counted: np.ndarray, noise: BlockNoise) -> np.ndarray:

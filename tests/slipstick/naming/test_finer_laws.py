@@ -144,9 +144,7 @@ def test_a_strong_gain_error_of_the_torque_sensor_is_a_function_of_the_true_torq
     torque, signals = scene.smooth["output_torque"], scene.signals
     error = 0.3 * torque / torque.max()
     read = replace(signals, output_torque=scene.measured("output_torque") * (1 + error))
-    # Before lock-up the smooth torque is the measured one.
-    slipping = scene.time < scene.recordings.measured_time[:, None]
-    smooth = {**scene.smooth, "output_torque": torque * (1 + np.where(slipping, error, 0))}
+    smooth = {**scene.smooth, "output_torque": torque * (1 + error)}
     recordings = Recordings(scene.recordings.conditions, scene.recordings.measured_time, read)
     block = block_of("load", replace(scene, recordings=recordings, smooth=smooth))
     found = fit(block, (GAIN,))

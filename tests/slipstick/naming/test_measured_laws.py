@@ -14,8 +14,9 @@ from slipstick.clutch.model import Model
 from slipstick.naming import answer
 from slipstick.naming.block import Pair
 from slipstick.naming.contact import ContactBlock, OnsetBlock
-from slipstick.naming.fit import BlockFit, fit
+from slipstick.naming.fit import BlockFit, fit, fit_together
 from slipstick.naming.measured import LawPoints, law_points, measure_laws
+from slipstick.naming.parameters import converter_of, parameters_of
 from slipstick.naming.selection import Finding
 from tests.benches import HEAVY
 from tests.slipstick.naming.engagements import block_of, scene_of
@@ -123,6 +124,21 @@ def test_a_measured_number_is_the_true_one_within_its_error(
     block = block_of(name, scene_of(HEAVY, NOMINAL.with_effect(effect, value), COUNT, SEED))
     law = law_points(fit(block, (pair,)), pair)
     assert abs(law.change[0] - sum(value.values())) < min(4 * law.std[0], close)
+
+
+def test_a_gain_error_of_the_torque_sensor_is_measured_beside_parameters_that_have_taken_it() -> None:
+    """Inertias, brake and converter that were fitted to the torque as it was read give a torque after lock-up that has
+    the error as well: taken for a true one, it left half of the gain to them.
+    """
+    pair = ("output torque sensor", "gain")
+    scene = scene_of(HEAVY, NOMINAL.with_effect("output_torque_sensor_gain", {"gain": 0.1}), COUNT, SEED)
+    read = 1.1 * scene.smooth["output_torque"]
+    scene = scene.explained("output_torque", scene.model_torque(read))
+    fits = {name: fit(block_of(name, scene)) for name in ("load", "input")}
+    torque = scene.model_torque(read, parameters_of(fits), converter_of(fits, HEAVY.physics.curves))
+    starts = [fit(block_of(name, scene.explained("output_torque", torque))) for name in fits]
+    found, _ = fit_together([start.block for start in starts], [(pair,)] * 2, starts)
+    assert found.coefficients[pair][0] == pytest.approx(0.1, abs=0.02)
 
 
 @pytest.mark.parametrize(("name", "pair", "effect"), [
