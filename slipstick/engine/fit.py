@@ -77,12 +77,14 @@ class Fit:
 
     @cached_property
     def squares(self) -> dict[str, np.ndarray]:
-        """Sum of squares (n,) of the whitened residuals of each part, at the estimated parameters of each run,
-        or at the nearest ones that it may have.
+        """Sum of squares (n,) of the whitened residuals of each part, at the estimated parameters of each run.
+
+        Where its state is held at the end of what it may have, they are those: no step gets further.
         """
         coefficients, squares = coefficients_of(self.fitted, self.turn, self.recorded), dict[str, np.ndarray]()
         points = _locate(coefficients, self.columns, self.laws, self.state)
-        coefficients[:, :points.shape[1]] += _reach(points, self.recorded) - points
+        nearest = _reach(points, self.recorded)
+        coefficients[:, :points.shape[1]] += np.where(nearest == self.state.points, nearest - points, 0.0)
         for name, model in self.models.items():
             onto = self.onto(name)
             left = onto[:, :, -1] - np.einsum("nrc,nc->nr", onto[:, :, :-1], coefficients)
